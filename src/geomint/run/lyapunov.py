@@ -8,21 +8,25 @@ import numpy as np
 
 from ..arguments import Array, switch, whole
 from ..errors import DomainError, StepError
-from ..methods import Method
+from ..methods import Method, find_solver
 from ..methods.carried import Carried, sizes_of_pieces
+from ..methods.method import Start
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from .carried_directions import columns
 from .exponents import BLOCKS, Lyapunov
 from .growing import Growing
+from .integrator import Integrator
 from .progress import Progress
-from .tangent_flow import started
+from .tangent_flow import started, tried_steps
+from .watched_steps import tell_errors_at
 
 __all__ = ["lyapunov"]
 
 APART = 0.1  # of a characteristic time: directions are made orthonormal as often
 EARLY = 200  # samples at even intervals of log t
+LOOKS = 4  # at what steps err by, of a run in default steps
 PIECE = 1 << 14  # steps between which Ctrl-C is seen
 
 
@@ -101,6 +105,8 @@ def lyapunov(
     every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))
     steps, rest = timeline.steps, timeline.remainder
     growing = Growing(stepper, carried, timeline.start, timeline.h, every)
+    places: list[tuple[Array, float]] = []
+    unknown = step is None and steps > tried_steps(timeline)
     with Progress(progress, steps, f"exponents, {stepper.kernel.function.__name__}") as bar:
         growing.prepare()
         bar.begin()
@@ -110,6 +116,9 @@ def lyapunov(
                     growing.take(min(mark - growing.steps, max(PIECE // every, 1) * every))
                     bar.update(growing.steps)
                 growing.sample(abs(timeline.h) * mark)
+                if unknown and LOOKS * mark // steps > len(places):
+                    y = carried.kept("state")[: problem.rows].copy()
+                    places.append((y, timeline.start + timeline.h * mark))
             if rest != 0.0:
                 growing.cut(rest)
                 growing.sample(abs(timeline.h) * steps + abs(rest))
@@ -118,6 +127,11 @@ def lyapunov(
         except StepError as error:
             error.partial = growing.found(problem.rows, span, "failed")
             raise
+    if places:
+        start = Start(problem, state, timeline.start, -timeline.h)
+        made = Integrator.of(find_solver(method), start)
+        made.prepare()
+        tell_errors_at(made, places)
     return growing.found(problem.rows, span, "success")
 
 

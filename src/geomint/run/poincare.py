@@ -16,9 +16,11 @@ from .events import Event, choose_events
 from .exact.trail import ExactTrail
 from .met import Met
 from .progress import Progress
+from .promise import Setting
 from .section import Section, SectionStatus
 from .solution import Solution
 from .solve import solve
+from .step_notes import tell_errors
 
 __all__ = ["poincare_section"]
 
@@ -49,7 +51,9 @@ def poincare_section(
     points : int
         How many of each motion.
     method, step
-        As those of `geomint.solve`; of ``"exact"`` the points are those of the motion itself.
+        As those of `geomint.solve`; of ``"exact"`` the points are those of the motion itself. Without
+        a step that which `geomint.solve` keeps on the first steps of a motion; a warning comes where
+        it errs by more later.
     end : float
         In the problem's own time: where a motion ends at the latest.
     clock : bool
@@ -140,7 +144,7 @@ class _Motion:
         self._problem, self._name, self._event = problem, name, event
         self._count, self._options, self._end = count, options, end
         self._run: Solution | None = None
-        self._idle = 0
+        self._idle, self._broken = 0, False  # whether steps err by more than is promised
         self.parts: list[Met] = []
         self.points = self.steps = 0
         self.span = 0.0  # in the problem's own time
@@ -167,9 +171,14 @@ class _Motion:
             self._step = math.copysign(h, self._end)
             until = self._until(0.0)
             run = solve(self._problem, y0, **{**given, **self._options, key: until})
+            self._step = math.copysign(run.step if run.steps else self._step, self._end)
         else:
             until = self._until(float(self._run.tau[-1]))
             run = solve(self._run, **{**given, key: until})
+        if not self._broken and self._options["step"] is None:
+            self._broken = not Setting.default(self._options["method"]).kept(run)
+            if self._broken and self._run is not None and run.local_error is not None:
+                tell_errors(run.local_error, self._problem.time)
         self._run = run
         met = run.events[self._name]
         self.parts.append(met)

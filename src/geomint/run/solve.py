@@ -189,8 +189,8 @@ def solve(
         tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
     elif accuracy is not None and (solution.end_error is None or measured is not None):
         accuracy.tell(measured)
-    elif not kept:
-        tell_errors(solution)
+    elif not kept and solution.local_error is not None:
+        tell_errors(solution.local_error, solution.about.time)
     return solution
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from ..arguments import Array
 from ..errors import DomainError
@@ -14,10 +15,12 @@ from ..problems.problem import Problem
 from ..problems.spaces.repair import warn
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
-from .local_error import Ranked
-from .recorder import Recorder
-from .solution import Solution
-from .timeline import Timeline
+from .local_error import LocalError, Ranked
+
+if TYPE_CHECKING:
+    from .recorder import Recorder
+    from .solution import Solution
+    from .timeline import Timeline
 
 __all__ = ["tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_run"]
 
@@ -50,14 +53,13 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
         )
 
 
-def tell_errors(solution: Solution) -> None:
-    """Warn of steps that err by more than is promised, which no shorter one has mended."""
-    error = solution.local_error
-    if error is not None:
-        warn(
-            f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
-            f"{solution.about.time} = {error.time:.6g}: more than is promised where no step is given"
-        )
+def tell_errors(error: LocalError, time: str, who: str = "") -> None:
+    """Warn of steps that err by more than is promised; `time` is the name of the problem's own."""
+    warn(
+        f"{who}steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
+        f"{time} = {error.time:.6g}: more than is promised where no step is given. Give a shorter "
+        "one, such as geomint.solve takes with a tolerance"
+    )
 
 
 def tell_coarse_steps(

@@ -23,6 +23,7 @@ from ...problems.problem import Problem
 from ..asked import wants_clock
 from ..integrator import Integrator
 from ..timeline import Timeline, plan_timeline
+from ..watched_steps import WatchedSteps
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, check_room
 
@@ -30,6 +31,7 @@ __all__ = ["run_compiled"]
 
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
+FEW, PART, MEMBERS = 50, 300, 128  # steps looked at, at least; of all steps, and of all members
 Counts = npt.NDArray[np.int64]
 _alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
 
@@ -38,7 +40,7 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
     """Return what has become of members; `NOT_RUN` where a step failed or `stop` ended it.
 
     None where their steps cannot be taken so: ends in another time than the problem's own, functions
-    that differ by more than parameters.
+    that differ by more than parameters, default steps that err by more than is promised.
     """
     first, shared = given.problem(0), asked.shared
     if not all(_same_code(first, problem) for problem in given.problems):
@@ -55,10 +57,34 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
         most = max(line.steps or 0 for line in lines) // shared["save_every"]
         all_kept = asked.keep_states and not asked.streamed
         check_room(asked.members if all_kept else len(given), most, first.rows)
-    stepper = _prepared(asked, first, given.states[0], lines[0], clock)
-    sweep = _Sweep(stepper, given, lines, shared["t0"] if clock else None, shared["save_every"])
+    made = _prepared(asked, first, given.states[0], lines[0], clock)
+    sweep = _Sweep(
+        made.stepper, given, lines, shared["t0"] if clock else None, shared["save_every"]
+    )
     sweep.run(stop)
-    return sweep.outcome(first, clock)
+    found = sweep.outcome(first, clock)
+    if shared["step"] is None and stop[0] == 0.0 and _err(made, given, lines, found):
+        return None
+    return found
+
+
+def _err(made: Integrator, given: Members, lines: list[Timeline], found: Outcome) -> bool:
+    """Tell whether default steps err by more than is promised, in a sample of the members.
+
+    Looked at are the first steps of one, that with the longest, and a step back from ends of some.
+    """
+    longest = max(range(len(lines)), key=lambda k: abs(lines[k].h))
+    watched = _watched(made, given, longest, lines[longest], 1.0)
+    part = sum(line.steps or 0 for line in lines) // PART
+    if watched.through(min(max(part, FEW), lines[longest].steps or 0)) is not None:
+        return True
+    last = len(lines) - 1
+    for k in {longest, *range(last, 0, -MEMBERS)}:
+        watched = _watched(made, given, k, lines[k], -1.0)
+        ended, line = found.status[k] == "success", lines[k]
+        if ended and watched.at(found.final[k], line.own_end or 0.0) is not None:
+            return True
+    return False
 
 
 def _same_code(one: Problem, other: Problem) -> bool:
@@ -80,14 +106,25 @@ def _timelines(asked: Asked, given: Members) -> list[Timeline]:
     ]
 
 
-def _prepared(asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool) -> Stepper:
-    """Return the stepper of the first member, compiled and checked as that of a single run."""
+def _watched(made: Integrator, given: Members, k: int, line: Timeline, sign: float) -> WatchedSteps:
+    """Return what watches the steps of a member, by what is prepared for another one."""
+    if len(given.problems) > 1:
+        made.params = given.problem(k).params
+    made.h = sign * line.h
+    made.begin(given.states[k], line.start)
+    return WatchedSteps(made)
+
+
+def _prepared(
+    asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool
+) -> Integrator:
+    """Return the integrator of the first member, compiled and checked as that of a single run."""
     asked.method.check_fits(problem, clock)
     check_problem(problem, state, asked.method.needs, clock)
     start = Start(problem, state, line.start, line.h, clock, end=line.own_end)
     integrator = Integrator.of(asked.method, start)
     integrator.prepare()
-    return integrator.stepper
+    return integrator
 
 
 class _Sweep:
