@@ -94,6 +94,7 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     times.sort()
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
     if times and not nearly:
+        turning = turning_time(problem, y0, rates, start, rate_at, SPACING * times[0])
 
         def stays(time: float) -> bool:
             """Tell whether the rates are much the same after a time on the line of the first ones.
@@ -107,11 +108,10 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
             changes = [(hypot(*change[p]), size, rate) for p, size, rate in pieces]
             return all(now <= 0.5 * max(rate, size / time) for now, size, rate in changes)
 
-        steady = steady_time(stays, times[0])
+        steady = 0.0 if turning < times[0] else steady_time(stays, times[0])
         if steady > times[0] / RESTING:
             return finite_time(min(steady, linearised_time(problem, y0, rates, start, rate_at)))
         if not from_rest:
-            turning = turning_time(problem, y0, rates, start, rate_at, SPACING * times[0])
             return turning if FAR * turning < times[0] else times[0]
     linear = linearised_time(problem, y0, rates, start, rate_at)
     if not times:

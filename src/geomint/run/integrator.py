@@ -25,7 +25,7 @@ from .local_error import LocalError
 from .restart import Restart
 from .step_notes import tell_errors
 from .timeline import MOST_STEPS, check_advance
-from .watched_steps import WatchedSteps
+from .watched_steps import PIECE as RANKED, WatchedSteps
 
 __all__ = ["Integrator"]
 
@@ -203,7 +203,8 @@ class Integrator:
     def h(self, h: float) -> None:
         if finite("h", h) == 0.0:
             raise DomainError("h", h, "a step that is not 0")
-        self._watched, self._ranks = None, NOTHING
+        self._watched = None
+        self.unranked()
         self._anew(self.state, self.time, h)
 
     @property
@@ -271,6 +272,10 @@ class Integrator:
             self.stepper.begin(state, time, float(h))
         self._set_clock(clock)
         self._carry_on()
+
+    def unranked(self) -> None:
+        """Rank no steps any more."""
+        self._ranks = NOTHING
 
     def begin(self, state: Array, time: float) -> None:
         """Go on from a state that is known to be admissible, at another time."""
@@ -387,7 +392,8 @@ class Integrator:
             count = min(count, PIECE)
         mark, watched = self.bookmark, self._watched
         if watched is not None:
-            watched.rank()
+            count = min(count, RANKED)
+            watched.rank(count)
         asked, good = self.take(count, count + self._done + 1, self.unread)
         if self._carried is not None:
             self._carry(self._carried, good.steps, mark)
@@ -401,7 +407,8 @@ class Integrator:
     def _tell(self, error: LocalError | None) -> None:
         """Warn, once, of steps that err by more than is promised."""
         if error is not None:
-            self._watched, self._ranks = None, NOTHING
+            self._watched = None
+            self.unranked()
             tell_errors(error, self.problem.time)
 
     @property

@@ -14,6 +14,7 @@ from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .events import Event, choose_events
 from .exact.trail import ExactTrail
+from .local_error import Ranked
 from .met import Met
 from .progress import Progress
 from .promise import Setting
@@ -21,6 +22,7 @@ from .section import Section, SectionStatus
 from .solution import Solution
 from .solve import solve
 from .step_notes import tell_errors
+from .watched_steps import MORE
 
 __all__ = ["poincare_section"]
 
@@ -144,7 +146,7 @@ class _Motion:
         self._problem, self._name, self._event = problem, name, event
         self._count, self._options, self._end = count, options, end
         self._run: Solution | None = None
-        self._idle, self._broken = 0, False  # whether steps err by more than is promised
+        self._idle, self._known = 0, 0.0  # the largest rank of a step for which errors are known
         self.parts: list[Met] = []
         self.points = self.steps = 0
         self.span = 0.0  # in the problem's own time
@@ -175,10 +177,8 @@ class _Motion:
         else:
             until = self._until(float(self._run.tau[-1]))
             run = solve(self._run, **{**given, key: until})
-        if not self._broken and self._options["step"] is None:
-            self._broken = not Setting.default(self._options["method"]).kept(run)
-            if self._broken and self._run is not None and run.local_error is not None:
-                tell_errors(run.local_error, self._problem.time)
+        if self._options["step"] is None and isinstance(run.ranked, Ranked):
+            self._look(run, run.ranked)
         self._run = run
         met = run.events[self._name]
         self.parts.append(met)
@@ -190,6 +190,16 @@ class _Motion:
             raise KeyboardInterrupt
         over = abs(until) >= abs(self._end) or self._idle >= PATIENCE
         return self.points < self._count and not over
+
+    def _look(self, run: Solution, ranked: Ranked) -> None:
+        """Warn, once, where steps of a later piece are the worst so far and err by too much."""
+        number = ranked.number("largest")
+        if number > self._known:
+            self._known = MORE * number
+            if not Setting.default(run.method).kept(run):
+                if self._run is not None:  # else `solve` has told
+                    tell_errors(ranked.error, self._problem.time)
+                self._known = math.inf
 
     def _until(self, here: float) -> float:
         until = here + self._piece * self._step

@@ -10,21 +10,17 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, finite
-from ..errors import DomainError, MethodError, StepError
+from ..errors import DomainError, MethodError
 from ..methods import Adaptive, Compose, Exact, Method, find_solver
 from ..methods.method import Start
 from ..methods.stepper import Stepper
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from .carried_directions import CarriedDirections, columns
-from .integrator import Integrator
 from .solve import solve
 from .timeline import Timeline, plan_timeline
-from .watched_steps import WatchedSteps, tell_errors_at
 
-__all__ = ["TangentFlow", "started", "tangent_flow", "tried_steps"]
-
-TRIED, PART = 200, 20  # steps, or a part of them, on which a default step is tried
+__all__ = ["TangentFlow", "started", "tangent_flow"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +65,8 @@ def tangent_flow(
     ----------
     problem, y0, t_end, tau_end, method, step, t0
         As those of `geomint.solve`. The end is in the problem's own time: an end in another time
-        would move with the state. The step is by default what `geomint.solve` keeps on 200 steps, or
-        a twentieth, of the run; a warning comes where steps err by more later.
+        would move with the state. A default step is what `geomint.solve` begins with, and nothing
+        looks at what it errs by.
     directions : array_like, shape (rows, k), optional
         One a column. Default: all unit vectors, so that the slopes are the matrix DΦ; with
         `parameters` none, so that all begin at the same state.
@@ -113,11 +109,6 @@ def tangent_flow(
     if timeline.remainder != 0.0:
         last = timeline.start + timeline.h * timeline.steps
         carried.cut(last, timeline.remainder, timeline.steps)
-    if step is None and timeline.steps > tried_steps(timeline):
-        back = Start(problem, carried.state, timeline.start, -timeline.h)
-        made = Integrator.of(chosen, back)
-        made.prepare()
-        tell_errors_at(made, [(carried.state, timeline.own_end or 0.0)])
     return TangentFlow(carried.state, carried.slopes)
 
 
@@ -156,37 +147,8 @@ def started(
     timeline = plan_timeline(
         problem, chosen, state, t_end, tau_end, step, start_time, compiled=True
     )
-    start = Start(problem, state, timeline.start, timeline.h)
-    if step is None:
-        kept = _kept_step(chosen, start, timeline, start_time)
-        if kept is not None:
-            timeline = plan_timeline(problem, chosen, state, t_end, tau_end, kept, start_time)
-            start = start._replace(h=timeline.h)
-    return state, timeline, chosen.start(start)
-
-
-def tried_steps(timeline: Timeline) -> int:
-    """Return on how many steps of a run a default step is tried."""
-    steps = timeline.steps or 0
-    return min(max(steps // PART, TRIED), steps)
-
-
-def _kept_step(method: Method, start: Start, timeline: Timeline, t0: float) -> float | None:
-    """Return the step that `solve` keeps on a stretch of the run; None for the default one."""
-    made, count = Integrator.of(method, start), tried_steps(timeline)
-    made.prepare()
-    made.stepper.otherwise = None
-    if WatchedSteps(made).through(count) is None:
-        return None
-    end = timeline.own_end if count == timeline.steps else timeline.start + count * timeline.h
-    given: dict[str, Any] = {"t_end": end, "t0": t0}
-    if start.problem.time == "tau":
-        given = {"tau_end": end, "clock": False}
-    try:
-        found = solve(start.problem, start.y0, method=method, progress=False, **given)
-    except StepError:  # the run will tell
-        return None
-    return abs(found.step)
+    stepper = chosen.start(Start(problem, state, timeline.start, timeline.h))
+    return state, timeline, stepper
 
 
 def _iterated_to_rounding(method: Method) -> Method:

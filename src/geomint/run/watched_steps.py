@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING
 
 from ..arguments import Array
 from ..kernels.solve.status import OK
+from ..methods.method import Method
 from .local_error import DOUBT, SURE, LocalError, Ranked, promised
 from .step_notes import tell_errors
 
 if TYPE_CHECKING:
     from .integrator import Integrator
 
-__all__ = ["WatchedSteps", "tell_errors_at"]
+__all__ = ["MORE", "PIECE", "WatchedSteps", "tell_errors_at"]
 
+TIMES = 8.0  # characteristic times: a turn of a motion that seemed faster than it is
+MANY = 9  # steps of the longest window of ranks
+PIECE, OFTEN, SELDOM = 1 << 13, 8, 8  # steps ranked at a time: the first pieces, then one in eight
 MORE = 2.0  # times the largest error so far: what is measured next
 
 
@@ -25,19 +29,28 @@ class WatchedSteps:
     def __init__(self, made: Integrator) -> None:
         self._made, self._limit = made, DOUBT * promised(made.method)
         self._ranked: Ranked | None = None
-        self._at, self._known = -1, 0.0
+        self._at, self._until, self._turn = -1, 0, 0
+        self._known, self._ranking = 0.0, False
         self._cuts, self._longest = 0, 0.0
 
-    def rank(self) -> Ranked:
-        """Rank the steps that come next: those of another motion, if it has begun anew."""
-        ranked, self._at = self._ranked if self._at == self._made.done else None, -1
-        self._ranked = ranked or Ranked(self._made)
-        return self._ranked
+    def rank(self, count: int) -> None:
+        """Rank the `count` steps that come next, as they are, or a part of them where they are many."""
+        made, ranked = self._made, self._ranked
+        if made.done != self._at or made.done >= self._until:  # another motion, or another piece
+            few = ranked is not None and max(count, made.done) <= ranked.window
+            self._until = made.done + (MANY if few else PIECE)
+            self._turn += not few
+            self._ranking = not few and (self._turn <= OFTEN or self._turn % SELDOM == 0)
+            made.unranked()
+            if self._ranking:
+                self._ranked = Ranked(made)
+        self._at = -1  # until they have been taken
 
     def look(self) -> LocalError | None:
         """Return what the steps taken err by, if that is more than is promised."""
-        ranked, self._at = self._ranked, self._made.done
-        assert ranked is not None
+        self._at, ranked = self._made.done, self._ranked
+        if ranked is None or not self._ranking:
+            return None
         number = ranked.number("largest")
         if not number > self._known:
             return None
@@ -67,12 +80,19 @@ class WatchedSteps:
     def through(self, steps: int) -> LocalError | None:
         """Take steps; return what they err by, if that is more than is promised, or if one fails."""
         made = self._made
-        begin, window = made.time, self.rank().window
-        if steps <= window:
-            return self._to(begin + max(steps, 1) * made.h)
+        if steps <= MANY:
+            return self._to(made.time + max(steps, 1) * made.h)
+        ranked = Ranked(made)
         if made.take(steps, made.done + steps + 1, made.unread)[0].status != OK:
             return LocalError(math.inf, made.time, math.inf, abs(made.h))
-        return self.look()
+        error = ranked.measured(1)
+        return error if error.largest > self._limit else None
+
+    @staticmethod
+    def enough(method: Method, steps: int | None, part: int, all_steps: int = 0) -> int:
+        """Return how many steps of a run are looked at: a few characteristic times, or a part."""
+        most = steps or 0
+        return min(max((all_steps or most) // part, math.ceil(TIMES / method.step_fraction)), most)
 
     def at(self, state: Array, time: float) -> LocalError | None:
         """Go to a state, and return what a step from there errs by, if that is too much."""

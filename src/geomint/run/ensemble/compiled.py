@@ -31,7 +31,7 @@ __all__ = ["run_compiled"]
 
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
-FEW, PART, MEMBERS = 50, 300, 128  # steps looked at, at least; of all steps, and of all members
+PART, MEMBERS = 300, 128  # of all steps and of all members, that are looked at
 Counts = npt.NDArray[np.int64]
 _alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
 
@@ -73,16 +73,14 @@ def _err(made: Integrator, given: Members, lines: list[Timeline], found: Outcome
 
     Looked at are the first steps of one, that with the longest, and a step back from ends of some.
     """
-    longest = max(range(len(lines)), key=lambda k: abs(lines[k].h))
+    longest, last = max(range(len(lines)), key=lambda k: abs(lines[k].h)), len(lines) - 1
+    own, total = lines[longest].steps, sum(line.steps or 0 for line in lines)
     watched = _watched(made, given, longest, lines[longest], 1.0)
-    part = sum(line.steps or 0 for line in lines) // PART
-    if watched.through(min(max(part, FEW), lines[longest].steps or 0)) is not None:
+    if watched.through(WatchedSteps.enough(made.method, own, PART, total)) is not None:
         return True
-    last = len(lines) - 1
-    for k in {longest, *range(last, 0, -MEMBERS)}:
-        watched = _watched(made, given, k, lines[k], -1.0)
-        ended, line = found.status[k] == "success", lines[k]
-        if ended and watched.at(found.final[k], line.own_end or 0.0) is not None:
+    for k in range(last, MEMBERS // 2, -MEMBERS):
+        watched, ended = _watched(made, given, k, lines[k], -1.0), found.status[k] == "success"
+        if ended and watched.at(found.final[k], lines[k].own_end or 0.0) is not None:
             return True
     return False
 
