@@ -14,7 +14,7 @@ from .evaluate import Rate, derivative
 from .problem import Problem
 from .spaces.repair import length
 
-__all__ = ["characteristic_time", "jacobian"]
+__all__ = ["characteristic_time", "jacobian", "turning_time"]
 
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 FAR = 6.0  # times as long as rates need to turn around: not the time of the motion
@@ -125,7 +125,8 @@ def turning_time(
 ) -> float:
     """Return √(|ẏ| / |J J ẏ|), by two differences, the first over the time `spacing`.
 
-    Of an oscillation it is 1/ω, whatever pieces and units its numbers have; infinity if all is 0.
+    Of an oscillation it is 1/ω, whatever pieces and units its numbers have; infinity if all is 0, and
+    where something is no number.
     """
     speed = math.sqrt(rates.dot(rates))
     change = (rate_at(problem, y0 + spacing * rates, start) - rates) / spacing

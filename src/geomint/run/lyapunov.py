@@ -22,13 +22,13 @@ from .progress import Progress
 from .solve import solve
 from .tangent_flow import started
 from .timeline import Timeline
-from .watched_steps import WatchedSteps, tell_errors_at
+from .watched_steps import WatchedSteps, tell_fastest
 
 __all__ = ["lyapunov"]
 
 APART = 0.1  # of a characteristic time: directions are made orthonormal as often
 EARLY = 200  # samples at even intervals of log t
-LOOKS, PART = 2, 20  # at what default steps err by, beside the first steps or that part of them
+LOOKS, PART = 32, 20  # at how fast the motion is, beside the first of its steps, or that part
 PIECE = 1 << 14  # steps between which Ctrl-C is seen
 
 
@@ -138,7 +138,7 @@ def lyapunov(
             error.partial = growing.found(problem.rows, span, "failed")
             raise
     if places:
-        tell_errors_at(_integrator(problem, known, find_solver(method), -1.0), places)
+        tell_fastest(_integrator(problem, known, find_solver(method), -1.0), places)
     return growing.found(problem.rows, span, "success")
 
 

@@ -9,17 +9,21 @@ from typing import TYPE_CHECKING
 from ..arguments import Array
 from ..kernels.solve.status import OK
 from ..methods.method import Method
+from ..problems.evaluate import rates_of
+from ..problems.time_scale import turning_time
 from .local_error import DOUBT, SURE, LocalError, Ranked, promised
 from .step_notes import tell_errors
 
 if TYPE_CHECKING:
     from .integrator import Integrator
 
-__all__ = ["MORE", "PIECE", "WatchedSteps", "tell_errors_at"]
+__all__ = ["MORE", "PIECE", "WatchedSteps", "fastest_of", "tell_fastest"]
 
+LONG = 1000  # steps that are ranked whenever a motion begins anew: it costs them nothing
 TIMES = 8.0  # characteristic times: a turn of a motion that seemed faster than it is
 MANY = 9  # steps of the longest window of ranks
 PIECE, OFTEN, SELDOM = 1 << 13, 8, 8  # steps ranked at a time: the first pieces, then one in eight
+NEAR = 1e-5  # of a step: how far rates are looked at from a state
 MORE = 2.0  # times the largest error so far: what is measured next
 
 
@@ -36,11 +40,13 @@ class WatchedSteps:
     def rank(self, count: int) -> None:
         """Rank the `count` steps that come next, as they are, or a part of them where they are many."""
         made, ranked = self._made, self._ranked
-        if made.done != self._at or made.done >= self._until:  # another motion, or another piece
+        anew = made.done != self._at
+        if anew or made.done >= self._until:  # another motion, or another piece of it
             few = ranked is not None and max(count, made.done) <= ranked.window
             self._until = made.done + (MANY if few else PIECE)
             self._turn += not few
-            self._ranking = not few and (self._turn <= OFTEN or self._turn % SELDOM == 0)
+            often = self._turn <= OFTEN or self._turn % SELDOM == 0 or (anew and count > LONG)
+            self._ranking = often and not few
             made.unranked()
             if self._ranking:
                 self._ranked = Ranked(made)
@@ -100,9 +106,23 @@ class WatchedSteps:
         return self._to(time + self._made.h)
 
 
-def tell_errors_at(made: Integrator, places: Iterable[tuple[Array, float]]) -> None:
-    """Warn of steps from some states at their times that err by more than is promised."""
-    watched = WatchedSteps(made)
-    found = [error for place in places if (error := watched.at(*place)) is not None]
-    if found:
-        tell_errors(max(found), made.problem.time)
+def tell_fastest(made: Integrator, places: Iterable[tuple[Array, float]]) -> None:
+    """Warn if steps err by more than is promised where rates turn fastest, of states at their times."""
+    fastest = fastest_of(made, places)
+    error = None if fastest is None else WatchedSteps(made).at(*fastest)
+    if error is not None:
+        tell_errors(error, made.problem.time)
+
+
+def fastest_of(
+    made: Integrator, places: Iterable[tuple[Array, float]]
+) -> tuple[Array, float] | None:
+    """Return the state, with its time, from which rates turn around soonest."""
+    found, least, problem = None, math.inf, made.problem
+    for y, time in places:
+        rate_at = rates_of(problem, y, made.stepper.compiled)
+        rates = rate_at(problem, y, time)
+        turning = turning_time(problem, y, rates, time, rate_at, NEAR * abs(made.h))
+        if turning <= least:
+            found, least = (y, time), turning
+    return found

@@ -23,7 +23,7 @@ from ...problems.problem import Problem
 from ..asked import wants_clock
 from ..integrator import Integrator
 from ..timeline import Timeline, plan_timeline
-from ..watched_steps import WatchedSteps
+from ..watched_steps import WatchedSteps, fastest_of
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, check_room
 
@@ -31,7 +31,7 @@ __all__ = ["run_compiled"]
 
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
-PART, MEMBERS = 300, 128  # of all steps and of all members, that are looked at
+PART, PART_IN_LANES, MEMBERS = 30, 300, 16  # of all steps and of all members, that are looked at
 Counts = npt.NDArray[np.int64]
 _alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
 
@@ -71,18 +71,21 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
 def _err(made: Integrator, given: Members, lines: list[Timeline], found: Outcome) -> bool:
     """Tell whether default steps err by more than is promised, in a sample of the members.
 
-    Looked at are the first steps of one, that with the longest, and a step back from ends of some.
+    Looked at are the first steps of one, that with the longest, and a step back from the end where
+    the motion is fastest, of some of the ends.
     """
-    longest, last = max(range(len(lines)), key=lambda k: abs(lines[k].h)), len(lines) - 1
+    longest = max(range(len(lines)), key=lambda k: abs(lines[k].h))
     own, total = lines[longest].steps, sum(line.steps or 0 for line in lines)
+    part = PART_IN_LANES if made.stepper.lane_by_lane else PART
     watched = _watched(made, given, longest, lines[longest], 1.0)
-    if watched.through(WatchedSteps.enough(made.method, own, PART, total)) is not None:
+    if watched.through(WatchedSteps.enough(made.method, own, part, total)) is not None:
         return True
-    for k in range(last, MEMBERS // 2, -MEMBERS):
-        watched, ended = _watched(made, given, k, lines[k], -1.0), found.status[k] == "success"
-        if ended and watched.at(found.final[k], lines[k].own_end or 0.0) is not None:
-            return True
-    return False
+    ended = [k for k in range(0, len(lines), MEMBERS) if found.status[k] == "success"]
+    if len(given.problems) > 1 or len(ended) < 2:
+        return False
+    ends = [(found.final[k], lines[k].own_end or 0.0) for k in ended]
+    fastest = fastest_of(made, ends)
+    return fastest is not None and WatchedSteps(made).at(*fastest) is not None
 
 
 def _same_code(one: Problem, other: Problem) -> bool:
