@@ -203,8 +203,7 @@ class Integrator:
     def h(self, h: float) -> None:
         if finite("h", h) == 0.0:
             raise DomainError("h", h, "a step that is not 0")
-        self._watched = None
-        self.unranked()
+        self._watched, self._ranks = None, NOTHING
         self._anew(self.state, self.time, h)
 
     @property
@@ -272,14 +271,6 @@ class Integrator:
             self.stepper.begin(state, time, float(h))
         self._set_clock(clock)
         self._carry_on()
-
-    def unranked(self) -> None:
-        """Rank no steps any more."""
-        self._ranks = NOTHING
-
-    def begin(self, state: Array, time: float) -> None:
-        """Go on from a state that is known to be admissible, at another time."""
-        self._anew(state, time, self.h)
 
     def _carry_on(self) -> None:
         """Let the directions begin where the state is now."""
@@ -373,9 +364,9 @@ class Integrator:
         rest = end - here
         if abs(rest) > rounding(end):
             stepper = self.stepper
-            if self._watched is not None:
-                self._tell(self._watched.cut(end))
             y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
+            if self._watched is not None:
+                self._tell(self._watched.cut(end, y))
             if self._carried is not None:
                 self._carried.cut(here, rest, self.steps)
             self.steps += 1
@@ -394,7 +385,7 @@ class Integrator:
         if watched is not None:
             count = min(count, RANKED)
             watched.rank(count)
-        asked, good = self.take(count, count + self._done + 1, self.unread)
+        asked, good = self.take(count, count + self._done + 1, self._unread)
         if self._carried is not None:
             self._carry(self._carried, good.steps, mark)
             self._carried.follow(self.stepper.memory.data)
@@ -407,12 +398,11 @@ class Integrator:
     def _tell(self, error: LocalError | None) -> None:
         """Warn, once, of steps that err by more than is promised."""
         if error is not None:
-            self._watched = None
-            self.unranked()
+            self._watched, self._ranks = None, NOTHING
             tell_errors(error, self.problem.time)
 
     @property
-    def unread(self) -> Block:
+    def _unread(self) -> Block:
         """Where kernels may write a state that nobody reads."""
         if self._nothing is None:
             self._nothing = scalar_block(self.stepper.rows)
@@ -426,7 +416,7 @@ class Integrator:
         except BaseException as error:
             self.bookmark = mark
             if isinstance(error, StepError) and error.step > self.steps:
-                self.take(error.step - self.steps, count + self._done + 1, self.unread)
+                self.take(error.step - self.steps, count + self._done + 1, self._unread)
             raise
 
     def failure(self, asked: Advance, good: Advance) -> StepError:

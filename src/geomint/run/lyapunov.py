@@ -158,7 +158,7 @@ def _kept_step(
     """Return the step that `solve` keeps on the first steps of a run; None for the default one."""
     made = _integrator(problem, known, method, 1.0)
     made.stepper.otherwise = None
-    if WatchedSteps(made).through(tried) is None:
+    if not WatchedSteps(made).through(tried):
         return None
     state, line, _ = known
     end = line.own_end if tried == line.steps else line.start + tried * line.h

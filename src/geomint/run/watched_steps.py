@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ..arguments import Array
 from ..kernels.solve.status import OK
 from ..methods.method import Method
+from ..methods.stepper import NOTHING
 from ..problems.evaluate import rates_of
 from ..problems.time_scale import turning_time
 from .local_error import DOUBT, SURE, LocalError, Ranked, promised
@@ -35,7 +36,7 @@ class WatchedSteps:
         self._ranked: Ranked | None = None
         self._at, self._until, self._turn = -1, 0, 0
         self._known, self._ranking = 0.0, False
-        self._cuts, self._longest = 0, 0.0
+        self._far = 0.0
 
     def rank(self, count: int) -> None:
         """Rank the `count` steps that come next, as they are, or a part of them where they are many."""
@@ -47,7 +48,7 @@ class WatchedSteps:
             self._turn += not few
             often = self._turn <= OFTEN or self._turn % SELDOM == 0 or (anew and count > LONG)
             self._ranking = often and not few
-            made.unranked()
+            made._ranks = NOTHING
             if self._ranking:
                 self._ranked = Ranked(made)
         self._at = -1  # until they have been taken
@@ -63,36 +64,38 @@ class WatchedSteps:
         error = ranked.measured(1)
         if error.largest > SURE * self._limit:
             error = ranked.measured()
-        more = max(SURE * self._limit / max(error.largest, 1e-300), MORE)
-        self._known = number * more ** (1.0 / ranked.power)
+        self._known = number * self._more(error) ** (1.0 / ranked.power)
         return error if error.largest > self._limit else None
 
-    def cut(self, end: float) -> LocalError | None:
-        """Return what one step to a time errs by, if that is too much; some of them are looked at."""
-        length = abs(end - self._made.time)
-        self._cuts += 1
-        if self._cuts & (self._cuts - 1) and length <= MORE * self._longest:
-            return None
-        self._longest = max(length, self._longest)
-        return self._to(end)
+    def cut(self, end: float, after: Array) -> LocalError | None:
+        """Return what one step to a time, which leads there, errs by, if that is too much.
 
-    def _to(self, end: float) -> LocalError | None:
-        """Return what a few steps to a time err by, if that is more than is promised."""
+        Looked at are those that lead farther than all before.
+        """
+        far = max(map(abs, (after - self._made.stepper.state).tolist()))
+        if not far > self._far:
+            return None
+        error = self._of(end)
+        self._far = far * self._more(error) ** (1.0 / (self._made.method.order + 1))
+        return error if error.largest > self._limit else None
+
+    def _of(self, end: float) -> LocalError:
+        """Return what a few steps to a time err by."""
         ranked = Ranked(self._made)
         ranked.end = end
-        error = ranked.measured()
-        return error if error.largest > self._limit else None
+        return ranked.measured()
 
-    def through(self, steps: int) -> LocalError | None:
-        """Take steps; return what they err by, if that is more than is promised, or if one fails."""
-        made = self._made
-        if steps <= MANY:
-            return self._to(made.time + max(steps, 1) * made.h)
-        ranked = Ranked(made)
-        if made.take(steps, made.done + steps + 1, made.unread)[0].status != OK:
-            return LocalError(math.inf, made.time, math.inf, abs(made.h))
-        error = ranked.measured(1)
-        return error if error.largest > self._limit else None
+    def _more(self, error: LocalError) -> float:
+        """Return times what an error is looked at again."""
+        return max(SURE * self._limit / max(error.largest, 1e-300), MORE)
+
+    def through(self, steps: int) -> bool:
+        """Take steps; tell whether they err by more than is promised, or one fails."""
+        made, ranked = self._made, Ranked(self._made)
+        if made.take(steps, made.done + steps + 1, made._unread)[0].status != OK:
+            return True
+        ranked.end = made.time
+        return ranked.measured(1).largest > self._limit
 
     @staticmethod
     def enough(method: Method, steps: int | None, part: int, all_steps: int = 0) -> int:
@@ -102,8 +105,9 @@ class WatchedSteps:
 
     def at(self, state: Array, time: float) -> LocalError | None:
         """Go to a state, and return what a step from there errs by, if that is too much."""
-        self._made.begin(state, time)
-        return self._to(time + self._made.h)
+        self._made._anew(state, time, self._made.h)
+        error = self._of(time + self._made.h)
+        return error if error.largest > self._limit else None
 
 
 def tell_fastest(made: Integrator, places: Iterable[tuple[Array, float]]) -> None:

@@ -78,7 +78,7 @@ def _err(made: Integrator, given: Members, lines: list[Timeline], found: Outcome
     own, total = lines[longest].steps, sum(line.steps or 0 for line in lines)
     part = PART_IN_LANES if made.stepper.lane_by_lane else PART
     watched = _watched(made, given, longest, lines[longest], 1.0)
-    if watched.through(WatchedSteps.enough(made.method, own, part, total)) is not None:
+    if watched.through(WatchedSteps.enough(made.method, own, part, total)):
         return True
     ended = [k for k in range(0, len(lines), MEMBERS) if found.status[k] == "success"]
     if len(given.problems) > 1 or len(ended) < 2:
@@ -111,8 +111,7 @@ def _watched(made: Integrator, given: Members, k: int, line: Timeline, sign: flo
     """Return what watches the steps of a member, by what is prepared for another one."""
     if len(given.problems) > 1:
         made.params = given.problem(k).params
-    made.h = sign * line.h
-    made.begin(given.states[k], line.start)
+    made._anew(given.states[k], line.start, sign * line.h)
     return WatchedSteps(made)
 
 
