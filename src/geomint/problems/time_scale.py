@@ -14,9 +14,10 @@ from .evaluate import Rate, derivative
 from .problem import Problem
 from .spaces.repair import length
 
-__all__ = ["characteristic_time", "jacobian"]
+__all__ = ["characteristic_time", "jacobian", "turning_time"]
 
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
+FAR = 6.0  # times as long as rates need to turn around: not the time of the motion
 SPACING = 1e-6  # of the differences that give the linearised motion, relative
 TINY = 1e-8  # of the state: differences of that part of a smaller piece would be lost in roundings
 
@@ -75,9 +76,13 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     pieces the time scale of the linearised motion (`linearised_time`) decides: alone if no piece has
     a time, and else where the two are far apart. Where the rates stay as they are for far longer than
     the shortest time (`steady_time`), all pieces that have it are nearly at rest. 1 if there is none.
+
+    A state far from the origin, or beside an equilibrium, seems slow by its size: where the rates
+    themselves turn around in a far shorter time (`turning_time`), that one counts.
     """
     times, from_rest = [], False
-    pieces = [(p, length(y0[p]), length(rates[p])) for p in problem.slices.values()]
+    ys, speeds, hypot = y0.tolist(), rates.tolist(), math.hypot
+    pieces = [(p, hypot(*ys[p]), hypot(*speeds[p])) for p in problem.slices.values()]
     for _, size, rate in pieces:
         if not math.isfinite(rate):
             expected = "a state with a finite derivative: give a step"
@@ -89,31 +94,48 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     times.sort()
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
     if times and not nearly:
+        turning = turning_time(problem, y0, rates, start, rate_at, SPACING * times[0])
 
-        def stays(time: float, most: float = 0.5) -> bool:
+        def stays(time: float) -> bool:
             """Tell whether the rates are much the same after a time on the line of the first ones.
 
-            No piece's rate has changed by more than that part of its size or, where that is more, of
-            the piece's own size over the time: the rate of a piece that turns is 0.
+            No piece's rate has changed by half of its size or, where that is more, of the piece's own
+            size over the time: the rate of a piece that turns is 0.
             """
             if math.isinf(time):
                 return True
-            change = rate_at(problem, y0 + time * rates, start) - rates
-            changes = [(math.hypot(*change[p].tolist()), size, rate) for p, size, rate in pieces]
-            return all(now <= most * max(rate, size / time) for now, size, rate in changes)
+            change = (rate_at(problem, y0 + time * rates, start) - rates).tolist()
+            changes = [(hypot(*change[p]), size, rate) for p, size, rate in pieces]
+            return all(now <= 0.5 * max(rate, size / time) for now, size, rate in changes)
 
-        steady = steady_time(stays, times[0])
-        if steady == 0.0 and not stays(times[0], 1.0 / RESTING):  # beside an equilibrium
-            return min(times[0], linearised_time(problem, y0, rates, start, rate_at))
+        steady = 0.0 if turning < times[0] else steady_time(stays, times[0])
         if steady > times[0] / RESTING:
             return finite_time(min(steady, linearised_time(problem, y0, rates, start, rate_at)))
         if not from_rest:
-            return times[0]
+            return turning if FAR * turning < times[0] else times[0]
     linear = linearised_time(problem, y0, rates, start, rate_at)
     if not times:
         return finite_time(linear)
     time = max(times[0], min(times[1], linear)) if nearly else times[0]
     return linear if from_rest and linear < RESTING * time else time
+
+
+def turning_time(
+    problem: Problem, y0: Array, rates: Array, start: float, rate_at: Rate, spacing: float
+) -> float:
+    """Return √(|ẏ| / |J J ẏ|), by two differences, the first over the time `spacing`.
+
+    Of an oscillation it is 1/ω, whatever pieces and units its numbers have; infinity if all is 0, and
+    where something is no number.
+    """
+    speed = math.sqrt(rates.dot(rates))
+    change = (rate_at(problem, y0 + spacing * rates, start) - rates) / spacing
+    spacing *= speed / (math.sqrt(change.dot(change)) or math.inf)
+    if not 0.0 < spacing < math.inf:
+        return math.inf
+    change = (rate_at(problem, y0 + spacing * change, start) - rates) / spacing
+    second = math.sqrt(change.dot(change))
+    return math.sqrt(speed / second) if 0.0 < second < math.inf else math.inf
 
 
 def finite_time(time: float) -> float:

@@ -12,6 +12,7 @@ from ..arguments import Array
 from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
+from .callback import Ending
 from .error_estimate import label
 from .growth import apart, end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of
 from .local_error import Ranked
@@ -41,7 +42,8 @@ def begun_anew(
     Each step's, as far as they are promised, and that at the end, as a second run tells. A callback
     sees one run.
     """
-    once, most = named["callback"] is not None, MOST_STEPS if named["compiled"] else FEW_STEPS
+    once = not isinstance(named["callback"], Ending | None)
+    most = MOST_STEPS if named["compiled"] else FEW_STEPS
     found, chosen = _succeeded(solved, chosen, named, most, once)
     wanted, begin = chosen.wanted, named["t0"] if label(found)[0] == "t" else 0.0
     if not found.success or found.steps == 0:

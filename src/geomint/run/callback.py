@@ -12,7 +12,7 @@ from ..arguments import Array
 from ..errors import DomainError, WatcherError, shortened
 from ..kernels.compiling.sameness import Compared
 
-__all__ = ["Callback", "Reached", "asked_to_end", "check_callback"]
+__all__ = ["Callback", "Ending", "Reached", "asked_to_end", "check_callback"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,19 @@ class Reached(Compared):
 
 
 Callback = Callable[[Reached], Any]
+
+
+@dataclass(eq=False)
+class Ending:
+    """A callback of geomint's own, which ends runs once `stop` is not 0; these may begin anew."""
+
+    stop: Array
+    ended: bool = False
+
+    def __call__(self, _: Reached) -> bool:
+        """Tell whether the run ends."""
+        self.ended = self.ended or bool(self.stop[0] != 0.0)
+        return self.ended
 
 
 def check_callback(given: Any) -> Callback | None:

@@ -21,8 +21,11 @@ from ..problems.declaration import check_problem
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .carried_directions import PIECE, CarriedDirections, columns
+from .local_error import LocalError
 from .restart import Restart
+from .step_notes import tell_errors
 from .timeline import MOST_STEPS, Timeline, check_advance
+from .watched_steps import PIECE as RANKED, WatchedSteps
 
 __all__ = ["Integrator"]
 
@@ -46,7 +49,8 @@ class Integrator:
         Such as ``"gauss-8"`` or ``geomint.Gauss(8)``.
     step : float, optional
         Length of a step in the problem's own time, > 0; that of the first of an adaptive method.
-        Default: as that of `geomint.solve`.
+        Default: what `geomint.solve` begins with. It stays as it is, and a warning comes where steps
+        err by more than is promised where none is given.
     time : float
         The problem's own time at the beginning.
     clock : bool
@@ -77,7 +81,7 @@ class Integrator:
 
     __slots__ = (  # so that writing to a name that it does not have is an error
         *("__weakref__", "_carried", "_done", "_first", "_method", "_nothing", "_start"),
-        *("iterations", "_ranks", "stepper", "steps"),
+        *("iterations", "_ranks", "stepper", "steps", "_watched"),
     )
 
     def __init__(
@@ -99,12 +103,16 @@ class Integrator:
         clock, compiled = switch("clock", clock), switch("compiled", compiled)
         chosen.check_fits(problem, clock)
         check_problem(problem, y, chosen.needs, clock)
-        h = None if step is None else positive("step", step)
-        if h is None:
+        known = step is not None
+        if known:
+            h = positive("step", step)
+        else:
             rate_at = rates_of(problem, y, compiled)
             h = chosen.default_step(problem, y, math.inf, start, rate_at)
         self._begin(chosen, Start(problem, y, start, h, clock, compiled))
         self.prepare()
+        if not (known or chosen.adaptive):
+            self._watched = WatchedSteps(self)
         if tangents is not None:
             self.tangents = tangents
         self._first = y, start, None if tangents is None else self.tangents
@@ -127,6 +135,8 @@ class Integrator:
             made._done = 0
         return made
 
+    _watched: WatchedSteps | None  # where nobody has given the step
+
     def _begin(self, method: Method, start: Start) -> None:
         self._method, self._start, self._done = method, start, 0
         self.steps, self.iterations = 0, 0
@@ -134,6 +144,7 @@ class Integrator:
         self.stepper = started(method, start)
         self._nothing: Block | None = None
         self._ranks = NOTHING
+        self._watched = None
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what steps need, and see that it is right."""
@@ -192,6 +203,7 @@ class Integrator:
     def h(self, h: float) -> None:
         if finite("h", h) == 0.0:
             raise DomainError("h", h, "a step that is not 0")
+        self._watched, self._ranks = None, NOTHING
         self._anew(self.state, self.time, h)
 
     @property
@@ -358,6 +370,8 @@ class Integrator:
         if abs(rest) > rounding(end):
             stepper = self.stepper
             y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
+            if self._watched is not None:
+                self._tell(self._watched.cut(end, y))
             if self._carried is not None:
                 self._carried.cut(here, rest, self.steps)
             self.steps += 1
@@ -372,14 +386,25 @@ class Integrator:
         """Take steps, or raise; return how many."""
         if self._carried is not None:
             count = min(count, PIECE)
-        mark = self.bookmark
+        mark, watched = self.bookmark, self._watched
+        if watched is not None:
+            count = min(count, RANKED)
+            watched.rank(count)
         asked, good = self.take(count, count + self._done + 1, self._unread)
         if self._carried is not None:
             self._carry(self._carried, good.steps, mark)
             self._carried.follow(self.stepper.memory.data)
         if asked.status != OK:
             raise self.failure(asked, good)
+        if watched is not None:
+            self._tell(watched.look())
         return good.steps
+
+    def _tell(self, error: LocalError | None) -> None:
+        """Warn, once, of steps that err by more than is promised."""
+        if error is not None:
+            self._watched, self._ranks = None, NOTHING
+            tell_errors(error, self.problem.time)
 
     @property
     def _unread(self) -> Block:
@@ -461,7 +486,7 @@ class Integrator:
         kept = ("_start", "_first", "_method", "steps", "iterations")
         carried = self._carried
         tangents = None if carried is None else (carried.slopes, carried.memories)
-        own = {"restart": self.restart, "tangents": tangents}
+        own = {"restart": self.restart, "tangents": tangents, "watched": self._watched is not None}
         return {**{name: getattr(self, name) for name in kept}, **own}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -472,6 +497,7 @@ class Integrator:
         self._start = state["_start"]
         for name in ("_first", "steps", "iterations"):
             setattr(self, name, state[name])
+        self._watched = WatchedSteps(self) if state["watched"] else None
         if state["tangents"] is not None:
             self.tangents, memories = state["tangents"]
             assert self._carried is not None

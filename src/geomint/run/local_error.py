@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,18 +22,30 @@ from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.ranks import MARKS, SATURATED, ranks_layout
 from ..kernels.solve.status import OK
+from ..methods.method import Method
 from ..methods.partial import rounding
 from ..methods.stepper import NOTHING
-from .integrator import Integrator
-from .second import Second
 
-__all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
+if TYPE_CHECKING:
+    from .integrator import Integrator
+    from .second import Second
+
+__all__ = ["COARSE", "DOUBT", "FINE", "SURE", "EndError", "LocalError", "Ranked", "promised"]
+
+PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
+DOUBT = 12.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
+SURE = 0.1  # of a limit: what one measurement shows is known to be less
 
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 FIRST = 0.283  # of a step: the first of the shorter ones, so that none are alike about a jump
 LONGEST = 9  # order of differences
 FEW, MANY, LEAST, PEAK = 0.5, 6, 0.1, 300.0  # parts of all numbers in one step: see `concentrated`
 FAR = 0.3  # of the largest number: steps that have less tell nothing of the worst
+
+
+def promised(method: Method) -> float:
+    """Return what each step of a run may err by whose step is not given."""
+    return method.step_fraction * next(e for order, e in PROMISED if method.order >= order)
 
 
 class LocalError(NamedTuple):

@@ -8,21 +8,27 @@ import numpy as np
 
 from ..arguments import Array, switch, whole
 from ..errors import DomainError, StepError
-from ..methods import Method
+from ..methods import Method, find_solver
 from ..methods.carried import Carried, sizes_of_pieces
+from ..methods.method import Start
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from .carried_directions import columns
 from .exponents import BLOCKS, Lyapunov
 from .growing import Growing
+from .integrator import Integrator
 from .progress import Progress
+from .solve import solve
 from .tangent_flow import started
+from .timeline import Timeline
+from .watched_steps import WatchedSteps, tell_fastest
 
 __all__ = ["lyapunov"]
 
 APART = 0.1  # of a characteristic time: directions are made orthonormal as often
 EARLY = 200  # samples at even intervals of log t
+LOOKS, PART = 32, 20  # at how fast the motion is, beside the first of its steps, or that part
 PIECE = 1 << 14  # steps between which Ctrl-C is seen
 
 
@@ -50,7 +56,8 @@ def lyapunov(
     ----------
     problem, y0, t_end, tau_end, method, step, t0
         As those of `geomint.tangent_flow`: an end in the problem's own time, a method with steps of a
-        given length.
+        given length. The default step is what `geomint.solve` keeps on the first eight characteristic
+        times, or a twentieth of the run; a warning comes where steps err by more later.
     count : int, optional
         How many exponents, the largest. Default: all.
     directions : array_like, shape (rows, k), optional
@@ -87,7 +94,14 @@ def lyapunov(
     """
     if progress is not None:
         switch("progress", progress, "True, False or None")
-    state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
+    known = started(problem, y0, t_end, tau_end, method, step, t0)
+    tried = (
+        0 if step is not None else WatchedSteps.enough(find_solver(method), known[1].steps, PART)
+    )
+    kept = _kept_step(problem, known, find_solver(method), tried) if tried else None
+    if kept is not None:
+        known = started(problem, y0, t_end, tau_end, method, kept, t0)
+    state, timeline, stepper = known
     chosen = _directions(problem, count, directions)
     try:
         carried = Carried(problem, stepper, state, timeline.start, chosen)
@@ -101,6 +115,8 @@ def lyapunov(
     every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))
     steps, rest = timeline.steps, timeline.remainder
     growing = Growing(stepper, carried, timeline.start, timeline.h, every)
+    places: list[tuple[Array, float]] = []
+    unknown = 0 < tried < steps
     with Progress(progress, steps, f"exponents, {stepper.kernel.function.__name__}") as bar:
         growing.prepare()
         bar.begin()
@@ -110,6 +126,9 @@ def lyapunov(
                     growing.take(min(mark - growing.steps, max(PIECE // every, 1) * every))
                     bar.update(growing.steps)
                 growing.sample(abs(timeline.h) * mark)
+                if unknown and LOOKS * mark // steps > len(places):
+                    y = carried.kept("state")[: problem.rows].copy()
+                    places.append((y, timeline.start + timeline.h * mark))
             if rest != 0.0:
                 growing.cut(rest)
                 growing.sample(abs(timeline.h) * steps + abs(rest))
@@ -118,7 +137,39 @@ def lyapunov(
         except StepError as error:
             error.partial = growing.found(problem.rows, span, "failed")
             raise
+    if places:
+        tell_fastest(_integrator(problem, known, find_solver(method), -1.0), places)
     return growing.found(problem.rows, span, "success")
+
+
+def _integrator(
+    problem: Problem, known: tuple[Array, Timeline, Any], method: Method, sign: float
+) -> Integrator:
+    """Return what takes the steps of a run alone, forwards or backwards."""
+    state, line, _ = known
+    made = Integrator.of(method, Start(problem, state, line.start, sign * line.h))
+    made.prepare()
+    return made
+
+
+def _kept_step(
+    problem: Problem, known: tuple[Array, Timeline, Any], method: Method, tried: int
+) -> float | None:
+    """Return the step that `solve` keeps on the first steps of a run; None for the default one."""
+    made = _integrator(problem, known, method, 1.0)
+    made.stepper.otherwise = None
+    if not WatchedSteps(made).through(tried):
+        return None
+    state, line, _ = known
+    end = line.own_end if tried == line.steps else line.start + tried * line.h
+    given: dict[str, Any] = {"t_end": end, "t0": line.start}
+    if problem.time == "tau":
+        given = {"tau_end": end, "clock": False}
+    try:
+        found = solve(problem, state, method=method, progress=False, **given)
+    except StepError:  # the run itself will tell
+        return None
+    return abs(found.step)
 
 
 def _directions(problem: Problem, count: Any, directions: Any) -> Array:

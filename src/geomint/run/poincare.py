@@ -14,11 +14,15 @@ from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .events import Event, choose_events
 from .exact.trail import ExactTrail
+from .local_error import Ranked
 from .met import Met
 from .progress import Progress
+from .promise import Setting
 from .section import Section, SectionStatus
 from .solution import Solution
 from .solve import solve
+from .step_notes import tell_errors
+from .watched_steps import MORE
 
 __all__ = ["poincare_section"]
 
@@ -49,7 +53,9 @@ def poincare_section(
     points : int
         How many of each motion.
     method, step
-        As those of `geomint.solve`; of ``"exact"`` the points are those of the motion itself.
+        As those of `geomint.solve`; of ``"exact"`` the points are those of the motion itself. Without
+        a step that which `geomint.solve` keeps on the first steps of a motion; a warning comes where
+        it errs by more later.
     end : float
         In the problem's own time: where a motion ends at the latest.
     clock : bool
@@ -140,7 +146,7 @@ class _Motion:
         self._problem, self._name, self._event = problem, name, event
         self._count, self._options, self._end = count, options, end
         self._run: Solution | None = None
-        self._idle = 0
+        self._idle, self._known = 0, 0.0  # the largest rank of a step for which errors are known
         self.parts: list[Met] = []
         self.points = self.steps = 0
         self.span = 0.0  # in the problem's own time
@@ -167,9 +173,12 @@ class _Motion:
             self._step = math.copysign(h, self._end)
             until = self._until(0.0)
             run = solve(self._problem, y0, **{**given, **self._options, key: until})
+            self._step = math.copysign(run.step if run.steps else self._step, self._end)
         else:
             until = self._until(float(self._run.tau[-1]))
             run = solve(self._run, **{**given, key: until})
+        if self._options["step"] is None and isinstance(run.ranked, Ranked):
+            self._look(run, run.ranked)
         self._run = run
         met = run.events[self._name]
         self.parts.append(met)
@@ -181,6 +190,16 @@ class _Motion:
             raise KeyboardInterrupt
         over = abs(until) >= abs(self._end) or self._idle >= PATIENCE
         return self.points < self._count and not over
+
+    def _look(self, run: Solution, ranked: Ranked) -> None:
+        """Warn, once, where steps of a later piece are the worst so far and err by too much."""
+        number = ranked.number("largest")
+        if number > self._known:
+            self._known = MORE * number
+            if not Setting.default(run.method).kept(run):
+                if self._run is not None:  # else `solve` has told
+                    tell_errors(ranked.error, self._problem.time)
+                self._known = math.inf
 
     def _until(self, here: float) -> float:
         until = here + self._piece * self._step

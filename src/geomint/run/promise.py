@@ -1,6 +1,6 @@
 """What a run promises whose step is not given, and the step that it is begun anew with.
 
-A step errs, in a characteristic time, by no more than `PROMISED` of a piece where a method is named,
+A step errs, in a characteristic time, by no more than `promised` of a piece where a method is named,
 and the end by no more than `AT_END` where none is: default steps are made so that this holds of regular
 motions, and local errors are measured. Where they are larger, as the motion is not what it looked like
 at its beginning, the run begins anew with a shorter step.
@@ -16,19 +16,14 @@ from ..methods import Method, find_method, find_solver
 from ..methods.adaptive import Adaptive
 from .accuracy.accuracy import Accuracy
 from .accuracy.adaptive_stretch import at_tolerance
-from .local_error import LocalError, Ranked
+from .local_error import DOUBT, SURE, LocalError, Ranked, promised
 from .second import longer
 from .solution import Solution
 
 __all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "rough_error"]
 
-PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
-DOUBT = 12.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
-ENOUGH = (
-    3.0  # times: of the end, as sums are better known, and where few steps err, as they are worse
-)
-SURE = 0.1  # of a limit: what one measurement shows is known to be less
+ENOUGH = 3.0  # times: of the end, where sums are better known; of steps, where few err, and most
 AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
 SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
@@ -113,7 +108,7 @@ class Setting(NamedTuple):
         """Return what part errors are of those with which a run is as it is."""
         at_end = 0.0 if self.wanted is None else error.total / (ENOUGH * self.wanted)
         few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-        most = (ENOUGH if few else DOUBT) * allowed(found)
+        most = (ENOUGH if few else DOUBT) * promised(found.method)
         return max(at_end, error.largest / most) if self.each else at_end
 
     def looser(self) -> dict[str, Any]:
@@ -137,7 +132,7 @@ class Setting(NamedTuple):
         if error is not None and local:
             factor, step = max(LONGEST, 1.0 / longer(p)), min(step, local.step)
             if self.each:
-                part = AIM * allowed(found) / max(local.largest, 1e-300)
+                part = AIM * promised(found.method) / max(local.largest, 1e-300)
                 factor = min(factor, shortened(part, p + 1))
             if self.wanted is not None:
                 factor = min(factor, shortened(AIM * self.wanted / max(error, 1e-300), p))
@@ -185,9 +180,3 @@ class Setting(NamedTuple):
 def rough_error(found: Solution) -> LocalError | None:
     """Return what steps err by, measured at one place where it has not been measured yet."""
     return found.ranked.rough if isinstance(found.ranked, Ranked) else found.ranked
-
-
-def allowed(found: Solution) -> float:
-    """Return what each step of a run may err by."""
-    method = found.method
-    return method.step_fraction * next(e for order, e in PROMISED if method.order >= order)

@@ -34,12 +34,13 @@ from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
 from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
+from .local_error import promised
 from .progress import Progress
-from .promise import Setting, rough_error
+from .promise import AIM, Setting, rough_error
 from .recorder import Account, Recorder
 from .result import Status
 from .solution import Solution
-from .step_notes import tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
+from .step_notes import advice, tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
@@ -208,8 +209,9 @@ def solve(
         tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
     elif accuracy is not None and (solution.end_error is None or measured is not None):
         accuracy.tell(measured)
-    elif not kept:
-        tell_errors(solution)
+    elif not kept and solution.local_error is not None:
+        part = AIM * promised(solution.method) / solution.local_error.largest
+        tell_errors(solution.local_error, solution.about.time, advice(solution, part))
     return solution
 
 

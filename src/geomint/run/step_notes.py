@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from ..arguments import Array
 from ..errors import DomainError, StepWarning, tell
@@ -13,14 +14,16 @@ from ..problems.evaluate import scales_of, states_around, value_of
 from ..problems.problem import Problem
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
-from .local_error import Ranked
-from .promise import AIM, allowed
-from .recorder import Recorder
-from .solution import Solution
-from .timeline import Timeline
+from .local_error import LocalError, Ranked
+
+if TYPE_CHECKING:
+    from .recorder import Recorder
+    from .solution import Solution
+    from .timeline import Timeline
 
 __all__ = ["advice", "tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_run"]
 
+SHORTER = "give a shorter one, such as geomint.solve takes with a tolerance"
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
 LOST = 1e-2  # of the scale of an integral: what is off by more at the end is not the motion
@@ -52,16 +55,13 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
         tell(StepWarning(text, "step", abs(timeline.h) / usual))
 
 
-def tell_errors(solution: Solution) -> None:
-    """Warn of steps that err by more than is promised, which no shorter one has mended."""
-    error = solution.local_error
-    if error is not None:
-        text = (
-            f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
-            f"{solution.about.time} = {error.time:.6g}: more than is promised where no step is given; "
-        )
-        text += advice(solution, AIM * allowed(solution) / error.largest)
-        tell(StepWarning(text, "state", error.largest, error.time))
+def tell_errors(error: LocalError, time: str, do: str = SHORTER) -> None:
+    """Warn of steps that err by more than is promised; `time` is the name of the problem's own."""
+    text = (
+        f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
+        f"{time} = {error.time:.6g}: more than is promised where no step is given; {do}"
+    )
+    tell(StepWarning(text, "state", error.largest, error.time))
 
 
 def advice(solution: Solution, part: float) -> str:

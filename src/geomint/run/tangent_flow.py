@@ -65,7 +65,8 @@ def tangent_flow(
     ----------
     problem, y0, t_end, tau_end, method, step, t0
         As those of `geomint.solve`. The end is in the problem's own time: an end in another time
-        would move with the state.
+        would move with the state. A default step is what `geomint.solve` begins with, and nothing
+        looks at what it errs by.
     directions : array_like, shape (rows, k), optional
         One a column. Default: all unit vectors, so that the slopes are the matrix DΦ; with
         `parameters` none, so that all begin at the same state.

@@ -20,8 +20,8 @@ rtol, atol : float, or array of shape (n,) for `atol`
     Without a step: the largest error of one step, ``atol + rtol |y|`` in the root mean square over
     components, as for SciPy's own methods, with their defaults 1e-3 and 1e-6. The step is chosen from
     it once, where a pilot run of at most 100 steps of SciPy's ``DOP853`` moves fastest, and at the
-    beginning; a motion that gets faster after the pilot run has larger errors than that. The end is a
-    whole number of steps away.
+    beginning. Where a motion gets faster later, so that a step errs by more than twelve times that, a
+    warning says so. The end is a whole number of steps away.
 max_step : float
     No step is longer.
 

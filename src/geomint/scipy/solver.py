@@ -11,7 +11,7 @@ from scipy.integrate import DenseOutput, OdeSolver
 
 from ..arguments import positive
 from ..errors import ConvergenceError, DomainError, SpeedWarning, tell
-from .step_choice import chosen_step, tolerances
+from .step_choice import Watched, chosen_step, tolerances
 from .steps import ITERATIONS, NOT_FINITE, OK, REASONS, added, compiled
 
 __all__ = ["FixedStep"]
@@ -57,12 +57,15 @@ class FixedStep(OdeSolver):
         self.increments: Any = None
         span = abs(t_bound - t0)
         name, given = ("step", step) if first_step is None else ("first_step", first_step)
+        self.watched: Watched | None = None
         if given is not None:
             self.h = min(positive(name, given), max_step)
         elif span == 0.0 or self.n == 0:
             self.h = 1.0
         else:
-            self.h = chosen_step(self, min(span, max_step), *tolerances(rtol, atol, self.n))
+            allowed = tolerances(rtol, atol, self.n)
+            self.h = chosen_step(self, min(span, max_step), *allowed)
+            self.watched = Watched(allowed)
             self.h = span / math.ceil(span / self.h * (1.0 - 1e-9))
         self.h *= self.direction
 
@@ -125,8 +128,10 @@ class FixedStep(OdeSolver):
                 False,
                 f"{type(self).__name__} at t = {t:.9g}, step {h:.3g}: {REASONS[NOT_FINITE]}",
             )
-        self.t = end if whole else self.t_bound
         self.increments, self.done = increments, self.done + 1
+        if self.watched is not None:
+            self.watched.look(self, t, end if whole else self.t_bound)
+        self.t = end if whole else self.t_bound
         return True, None
 
     def predicted(self, increments: Any) -> Any:

@@ -9,16 +9,18 @@ import numpy as np
 import scipy.integrate
 
 from ..arguments import as_array, positive
-from ..errors import DomainError
+from ..errors import DomainError, StepWarning, tell
 
 if TYPE_CHECKING:
     from .solver import FixedStep
 
-__all__ = ["chosen_step", "tolerances"]
+__all__ = ["Watched", "chosen_step", "tolerances"]
 
 PILOT_STEPS = 100
 MOST_TRIALS = 40  # of a step: each multiplies it by 1/5 to 5
 LEAST_RTOL = 2.0**-50
+LOOK = 16  # steps until errors are looked at, then four times as many, and so on; and at the end
+DOUBT = 12.0  # times the tolerances is told: as `geomint.solve` takes errors for known
 
 
 def tolerances(rtol: Any, atol: Any, n: int) -> tuple[float, Any]:
@@ -27,6 +29,43 @@ def tolerances(rtol: Any, atol: Any, n: int) -> tuple[float, Any]:
     if absolute.shape not in ((), (n,)) or not np.all(absolute >= 0.0):
         raise DomainError("atol", atol, f"a number ≥ 0, or {n} of them")
     return max(relative, LEAST_RTOL), np.maximum(absolute, 1e-300)
+
+
+class Watched:
+    """Where steps chosen from tolerances move fastest, and whether they err by more there."""
+
+    def __init__(self, allowed: tuple[float, Any]) -> None:
+        self._allowed, self._next = allowed, LOOK
+        self._worst, self._place, self._before = 0.0, (0.0, np.zeros(0)), np.zeros(0)
+
+    def look(self, solver: FixedStep, t: float, end: float) -> None:
+        """Note every other step, by how far it differs from the last noted; warn once."""
+        over = end == solver.t_bound
+        if solver.done % 2 and not over:
+            return
+        y, _, h = solver.before
+        moved = solver.y - y
+        if len(self._before):
+            change = float((abs(moved - self._before) / self._scale(y)).max())
+            if change > self._worst:
+                self._worst, self._place = change, (t, y)
+        self._before = moved
+        if not self._worst or not (over or solver.done >= self._next):
+            return
+        self._next = 4 * solver.done
+        begin, state = self._place
+        error = _error(solver, begin, state, solver.h, self._allowed)
+        if error > DOUBT:
+            text = (
+                f"steps of {abs(h):.3g} err by {error:.2g} times rtol and atol, near t = {begin:.6g}: "
+                "more than is promised where no step is given; give a shorter one: step=…"
+            )
+            tell(StepWarning(text, "state", error, begin))
+            solver.watched = None
+
+    def _scale(self, y: Any) -> Any:
+        rtol, atol = self._allowed
+        return atol + rtol * abs(y)
 
 
 def chosen_step(solver: FixedStep, longest: float, rtol: float, atol: Any) -> float:

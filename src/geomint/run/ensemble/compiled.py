@@ -23,6 +23,7 @@ from ...problems.problem import Problem
 from ..asked import wants_clock
 from ..integrator import Integrator
 from ..timeline import Timeline, plan_timeline
+from ..watched_steps import WatchedSteps, fastest_of
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, check_room
 
@@ -30,6 +31,7 @@ __all__ = ["run_compiled"]
 
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
+PART, PART_IN_LANES, MEMBERS = 30, 300, 16  # of all steps and of all members, that are looked at
 Counts = npt.NDArray[np.int64]
 _alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
 
@@ -38,7 +40,7 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
     """Return what has become of members; `NOT_RUN` where a step failed or `stop` ended it.
 
     None where their steps cannot be taken so: ends in another time than the problem's own, functions
-    that differ by more than parameters.
+    that differ by more than parameters, default steps that err by more than is promised.
     """
     first, shared = given.problem(0), asked.shared
     if not all(_same_code(first, problem) for problem in given.problems):
@@ -55,10 +57,35 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
         most = max(line.steps or 0 for line in lines) // shared["save_every"]
         all_kept = asked.keep_states and not asked.streamed
         check_room(asked.members if all_kept else len(given), most, first.rows)
-    stepper = _prepared(asked, first, given.states[0], lines[0], clock)
-    sweep = _Sweep(stepper, given, lines, shared["t0"] if clock else None, shared["save_every"])
+    made = _prepared(asked, first, given.states[0], lines[0], clock)
+    sweep = _Sweep(
+        made.stepper, given, lines, shared["t0"] if clock else None, shared["save_every"]
+    )
     sweep.run(stop)
-    return sweep.outcome(first, clock)
+    found = sweep.outcome(first, clock)
+    if shared["step"] is None and stop[0] == 0.0 and _err(made, given, lines, found):
+        return None
+    return found
+
+
+def _err(made: Integrator, given: Members, lines: list[Timeline], found: Outcome) -> bool:
+    """Tell whether default steps err by more than is promised, in a sample of the members.
+
+    Looked at are the first steps of one, that with the longest, and a step back from the end where
+    the motion is fastest, of some of the ends.
+    """
+    longest = max(range(len(lines)), key=lambda k: abs(lines[k].h))
+    own, total = lines[longest].steps, sum(line.steps or 0 for line in lines)
+    part = PART_IN_LANES if made.stepper.lane_by_lane else PART
+    watched = _watched(made, given, longest, lines[longest], 1.0)
+    if watched.through(WatchedSteps.enough(made.method, own, part, total)):
+        return True
+    ended = [k for k in range(0, len(lines), MEMBERS) if found.status[k] == "success"]
+    if len(given.problems) > 1 or len(ended) < 2:
+        return False
+    ends = [(found.final[k], lines[k].own_end or 0.0) for k in ended]
+    fastest = fastest_of(made, ends)
+    return fastest is not None and WatchedSteps(made).at(*fastest) is not None
 
 
 def _same_code(one: Problem, other: Problem) -> bool:
@@ -80,14 +107,24 @@ def _timelines(asked: Asked, given: Members) -> list[Timeline]:
     ]
 
 
-def _prepared(asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool) -> Stepper:
-    """Return the stepper of the first member, compiled and checked as that of a single run."""
+def _watched(made: Integrator, given: Members, k: int, line: Timeline, sign: float) -> WatchedSteps:
+    """Return what watches the steps of a member, by what is prepared for another one."""
+    if len(given.problems) > 1:
+        made.params = given.problem(k).params
+    made._anew(given.states[k], line.start, sign * line.h)
+    return WatchedSteps(made)
+
+
+def _prepared(
+    asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool
+) -> Integrator:
+    """Return the integrator of the first member, compiled and checked as that of a single run."""
     asked.method.check_fits(problem, clock)
     check_problem(problem, state, asked.method.needs, clock)
     start = Start(problem, state, line.start, line.h, clock, end=line.own_end)
     integrator = Integrator.of(asked.method, start)
     integrator.prepare()
-    return integrator.stepper
+    return integrator
 
 
 class _Sweep:

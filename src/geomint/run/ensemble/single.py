@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from ...arguments import Array
 from ...errors import Gathered, GeomintError, StepError
 from ...methods import Exact
-from ..callback import Reached
+from ..callback import Ending
 from ..solution import Solution
 from ..solve import solve
 from .given import Asked, Members
@@ -36,13 +36,7 @@ def run_single(
     """
     # In the main thread Ctrl-C itself ends a run, and an exact motion has no steps to end after.
     alone = strict or isinstance(asked.method, Exact)
-    ended: list[bool] = []
-
-    def look(reached: Reached) -> bool:
-        if stop[0] != 0.0:
-            ended.append(True)
-        return bool(ended)
-
+    look = Ending(stop)
     callback = None if alone else look
     for k in which:
         if stop[0] != 0.0:
@@ -56,11 +50,11 @@ def run_single(
         except GeomintError as error:
             if strict and not isinstance(error, StepError):
                 raise
-            if ended:
+            if look.ended:
                 return
             found.errors[k], found.status[k] = error, "failed"
             solution = getattr(error, "partial", None)
-        if ended:
+        if look.ended:
             return
         if solution is not None:
             _write(found, k, solution)

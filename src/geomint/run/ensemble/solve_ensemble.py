@@ -73,7 +73,9 @@ def solve_ensemble(
     states : array_like, shape (N, rows), or (rows,)
         Flat states, one a row, or one for all problems.
     t0, t_end, tau_end, method, step, t_eval, tau_eval, events, save_every, observe, observe_every
-        As those of `geomint.solve`, for every member. Without a `step` each has its own default.
+        As those of `geomint.solve`, for every member. Without a `step` each has its own default; where
+        a sample shows that such steps err by more than is promised, members are single runs, which
+        begin anew.
     clock, estimate_error
         Likewise.
     readings : str, Reading, sequence of them, or mapping of names to them

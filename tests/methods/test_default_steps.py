@@ -1,0 +1,226 @@
+"""Default steps, wherever runs take them: they err by what is promised, or a warning says that not."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import chaplygin as ch
+import geomint as gi
+from geomint.run.local_error import DOUBT, promised
+from tests.methods.test_local_error import SYSTEMS, epidemic, far, hanging, kepler, plain, rigid
+
+PENDULUM = gi.Problem("hanging", space=gi.TangentSphere(3, ("q", "v")), field=hanging)
+NEUMANN = ch.neumann_problem([1.0, 2.0, 4.0], 10.0)
+DOUBTED = 3.0 * DOUBT  # times what is promised: two measurements, each to a factor of some
+
+
+@gi.field
+def faster(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """An oscillator whose frequency rises late, and falls again."""
+    s = (t - params[0]) / 6.0
+    bump = 1.0 / (1.0 + s * s)
+    w = 1.0 + 20.0 * bump * bump * bump * bump
+    out[0] = y[1]
+    out[1] = -w * w * y[0]
+
+
+TRAPS: dict[str, tuple[gi.Problem, list[float], float]] = {
+    "axis": (NEUMANN, [1.0, 0.0, 0.0, 0.0, 0.01, 0.005], 20.0),
+    "lowest point": (PENDULUM, [0.0, 0.0, -1.0, 0.01, 0.0, 0.0], 10.0),
+    "lowest point, fast": (PENDULUM, [0.0, 0.0, -1.0, 5.0, 0.0, 0.0], 10.0),
+    "far away": (plain(far, 2, 100.0), [101.0, 0.0], 100.0),
+    "epidemic": (plain(epidemic, 3), [0.999, 1e-3, 0.0], 100.0),
+    "apocentre": (plain(kepler, 4), [1.8, 0.0, 0.0, 1.0 / 3.0], 64.0),
+    "middle axis": (plain(rigid, 3), [1e-5, 1.0, 1e-5], 100.0),
+    "faster later": (plain(faster, 2, 70.0), [1.0, 0.0], 100.0),
+}
+REGULAR = {name: (*SYSTEMS[name], 60.0) for name in ("sphere", "ball", "lotka-volterra")}
+
+
+def in_a_loop(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    motion = gi.Integrator(problem, y0, method)
+    while motion.time + motion.h < end:
+        motion.step()
+    return motion.h
+
+
+def in_a_call(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    motion = gi.Integrator(problem, y0, method)
+    motion.propagate_until(end)
+    return motion.h
+
+
+def in_short_spans(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    """Of which each is a single step, less than a whole one."""
+    motion = gi.Integrator(problem, y0, method)
+    span = 0.8 * motion.h
+    while motion.time + span < end:
+        motion.propagate_for(span)
+    return span
+
+
+def of_a_copy(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    motion = gi.Integrator(problem, problem.canonical(y0), method)
+    motion.step()
+    state = motion.__getstate__()
+    other = gi.Integrator.__new__(gi.Integrator)
+    other.__setstate__(state)
+    other.propagate_until(end)
+    return other.h
+
+
+def of_members(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    states, ends = np.array([y0] * 9), {"tau_end" if problem.time == "tau" else "t_end": end}
+    many = gi.solve_ensemble(problem, states, method=method, clock=_clock(problem), **ends)
+    assert many.success
+    alone = many.single(4)  # to its bits, whether it has begun anew or not
+    assert alone.y[-1].tobytes() == many.final[4].tobytes()
+    return abs(alone.step)
+
+
+def of_members_at_times(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    name = "tau" if problem.time == "tau" else "t"
+    given: dict[str, Any] = {f"{name}_end": end, f"{name}_eval": [0.5 * end, end]}
+    many = gi.solve_ensemble(problem, np.array([y0] * 3), method=method, **given)
+    return end / float(many.steps[1])
+
+
+def of_exponents(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    ends = {"tau_end" if problem.time == "tau" else "t_end": end}
+    return end / gi.lyapunov(problem, y0, method=method, count=1, **ends).steps
+
+
+def of_sections(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
+    piece, rows = problem.pieces[0]
+    event = f"{piece}[{min(1, rows - 1)}]"
+    return gi.poincare_section(problem, y0, event, 10**6, method=method, end=end).step
+
+
+WAYS: list[Callable[[gi.Problem, Any, float, str], float]] = [
+    *(
+        in_a_loop,
+        in_a_call,
+        in_short_spans,
+        of_a_copy,
+        of_members,
+        of_members_at_times,
+        of_exponents,
+        of_sections,
+    )
+]
+
+
+def _clock(problem: gi.Problem) -> bool | None:
+    return False if problem.time == "tau" else None
+
+
+def _error(problem: gi.Problem, y0: Any, end: float, method: str, step: float) -> float:
+    """Return what steps err by, over what is promised."""
+    ends = {"tau_end" if problem.time == "tau" else "t_end": end}
+    try:
+        sol = gi.solve(problem, y0, method=method, step=step, clock=_clock(problem), **ends)
+    except gi.StepError:
+        return math.inf
+    assert sol.local_error is not None
+    return sol.local_error.largest / promised(sol.method)
+
+
+@pytest.mark.parametrize("method", ["gauss-8", "gauss-4", "rk-4", "dop853"])
+@pytest.mark.parametrize("case", TRAPS)
+@pytest.mark.parametrize("way", WAYS)
+def test_no_default_step_errs_by_more_in_silence(
+    way: Callable[..., float], case: str, method: str
+) -> None:
+    problem, y0, end = TRAPS[case]
+    if case == "faster later" and (way is of_members or method == "gauss-8"):
+        pytest.skip(
+            "neither the first steps of few members nor their ends show it; Newton compiles"
+        )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            step = way(problem, y0, end, method)
+        except gi.ConvergenceError:  # a typed error is no silence
+            return
+        said = [str(w.message) for w in told]
+        assert all("than is promised where no step is given. Give" in text for text in said)
+        assert said or _error(problem, y0, end, method, step) <= DOUBTED
+
+
+@pytest.mark.filterwarnings("error::geomint.GeomintWarning")
+@pytest.mark.parametrize("method", ["gauss-8", "rk-4", "heun-2"])
+@pytest.mark.parametrize("case", REGULAR)
+@pytest.mark.parametrize("way", WAYS)
+def test_regular_motions_are_told_nothing_of(
+    way: Callable[..., float], case: str, method: str
+) -> None:
+    problem, y0, end = REGULAR[case]
+    step = way(problem, y0, end, method)
+    assert step == pytest.approx(abs(gi.Integrator(problem, y0, method).h), rel=0.21)
+
+
+@pytest.mark.filterwarnings("error::geomint.GeomintWarning")
+def test_a_step_that_is_given_is_taken_as_it_is() -> None:
+    problem, y0, _ = TRAPS["apocentre"]
+    for motion in (
+        gi.Integrator(problem, y0, "rk-4", step=0.1),
+        gi.Integrator(problem, y0, "rk-4"),
+    ):
+        motion.h = 0.1
+        motion.step(200)
+    gi.solve_ensemble(problem, [y0] * 9, t_end=20.0, method="rk-4", step=0.1)
+    gi.lyapunov(problem, y0, t_end=20.0, method="rk-4", step=0.1)
+
+
+def test_a_new_state_is_another_motion_and_one_warning_is_enough() -> None:
+    """From a far state to a near one nothing has jumped; what is too fast is told once."""
+    problem = plain(kepler, 4)
+    motion = gi.Integrator(problem, [1.0, 0.0, 0.0, 1.0], "rk-4")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for turn in np.linspace(0.0, 6.0, 30):
+            motion.state = [np.cos(turn), np.sin(turn), -np.sin(turn), np.cos(turn)]
+            motion.step(20)
+    motion.state = [0.01, 0.0, 0.0, 10.0]
+    with pytest.warns(gi.GeomintWarning, match="steps of .* err by"):
+        motion.step(2000)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        motion.step(2000)
+
+
+@pytest.mark.parametrize("form", [(("y", 4),), (("q", 2), ("p", 2))])
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_the_first_guess_asks_how_fast_rates_turn(form: Any, size: float) -> None:
+    """Whatever pieces numbers are in, and whatever the units of length are."""
+
+    @gi.field
+    def two(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = y[2]
+        out[1] = y[3]
+        out[2] = 300.0 * size - y[0]
+        out[3] = 100.0 * size - y[1]
+
+    problem = gi.Problem("two", form, field=two)
+    motion = gi.Integrator(problem, [301.0 * size, 101.0 * size, 0.5 * size, 0.0], "gauss-8")
+    assert 0.1 < motion.h < 4.0
+
+
+def test_scipys_runs_from_tolerances_tell_what_comes_after_the_pilot_run() -> None:
+    def later(t: float, y: Any) -> Any:
+        w = 1.0 + 20.0 * np.exp(-(((t - 300.0) / 2.0) ** 2))
+        return np.array([y[1], -w * w * y[0]])
+
+    with pytest.warns(gi.GeomintWarning, match=r"times rtol and atol, near t = (29|30)"):
+        solve_ivp(later, (0.0, 500.0), [1.0, 0.0], gi.scipy.RK4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solve_ivp(later, (0.0, 250.0), [1.0, 0.0], gi.scipy.RK4)
+        solve_ivp(later, (0.0, 500.0), [1.0, 0.0], gi.scipy.RK4, step=0.5)
