@@ -245,7 +245,7 @@ def _hamiltonian_rates(problem: Problem, compiled: bool) -> Rate:
     motion, n = _Constrained(problem, compiled), problem.rows // 2
 
     def hamiltonian_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
-        rates, *_ = motion.at(y, t)
+        rates = motion.at(y, t)[0]
         speeds = [
             _largest(rates[k]) / (_largest(y[k]) or np.inf) for k in (slice(n), slice(n, None))
         ]

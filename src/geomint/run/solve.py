@@ -14,6 +14,7 @@ from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
+from ..problems.declared import tell_false_claims
 from ..problems.problem import Problem
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
@@ -36,7 +37,13 @@ from .promise import Setting, rough_error
 from .recorder import Recorder
 from .result import Status
 from .solution import Solution
-from .step_notes import tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
+from .step_notes import (
+    may_lose,
+    tell_errors,
+    tell_long_steps,
+    tell_lost_integrals,
+    tell_short_run,
+)
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
@@ -191,6 +198,9 @@ def solve(
         accuracy.tell(measured)
     elif not kept:
         tell_errors(solution)
+    if may_lose(solution):
+        own = t0 if solution.problem.time == "t" else 0.0
+        tell_lost_integrals(solution, solution.problem.canonical(y0), own, False, compiled)
     return solution
 
 
@@ -258,6 +268,7 @@ def _solved(
     form = problem.forms[0] if exact else chosen.needs
     if admitted is None or evaluated:  # else it has been looked at with the state
         functions = check_problem(problem, state, form, with_clock, evaluated)
+    tell_false_claims(problem, state, timeline.start)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -338,8 +349,8 @@ def _solved(
         raise status
     if given and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
-    elif given and step is not None and solution.success:
-        tell_coarse_steps(solution, recorder, start, watched)
+    elif given and step is not None and may_lose(solution):
+        tell_lost_integrals(solution, state, timeline.start, given, compiled)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled
