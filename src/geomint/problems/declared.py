@@ -82,17 +82,6 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
     h = LATER / fastest
     later, z = t + h, y + h * (rates + 0.5 * h * slopes @ rates)
     rates = derivative(problem, z, later)
-    for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
-        for name, f in known.items():
-            along, alone = _gradient(problem, f, z, later, sizes, h)
-            terms = np.append(along * rates, alone)
-            off, all_of_them = float(abs(terms.sum())), float(np.abs(terms).sum())
-            noise = NOISE * fastest * float(np.abs(along * sizes).sum())
-            if off > OFF * all_of_them + noise:
-                size = off / all_of_them
-                what = f"the {kind} {name!r} of {problem.name!r} is not constant along the motion"
-                why = f"its rate is {size:.2g} of the terms that should cancel; a sign or a term is"
-                found.append((name, size, f"{what}: {why} wrong, in it or in the equations"))
     first, *others = problem.forms
     for form in others:
         at = (z, later) if form == "hamiltonian" else (y, t)  # quotients tell how far z is off
@@ -107,6 +96,17 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
                 )
                 found.append((form, size, f"{text} differ by {size:.2g} of the larger"))
                 break
+    for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
+        for name, f in known.items():
+            along, alone = _gradient(problem, f, z, later, sizes, h)
+            terms = np.append(along * rates, alone)
+            off, all_of_them = float(abs(terms.sum())), float(np.abs(terms).sum())
+            noise = NOISE * fastest * float(np.abs(along * sizes).sum())
+            if off > OFF * all_of_them + noise:
+                size = off / all_of_them
+                what = f"the {kind} {name!r} of {problem.name!r} is not constant along the motion"
+                why = f"its rate is {size:.2g} of the terms that should cancel; a sign or a term is"
+                found.append((name, size, f"{what}: {why} wrong, in it or in the equations"))
     return tuple(found)
 
 
