@@ -30,7 +30,9 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 def swinging(sign: float, **more: Any) -> gi.Problem:
     pieces = (("q", 1), ("p", 1))
-    return gi.Problem("swing", pieces, [sign], pendulum, invariants={"energy": energy}, **more)
+    return gi.Problem(
+        "swing", pieces, np.array([sign]), pendulum, invariants={"energy": energy}, **more
+    )
 
 
 @pytest.mark.parametrize("y0", [[2.0, 0.0], [2.0, 0.3], [0.0, 1.0], [1e-9, 0.0]])
@@ -40,9 +42,8 @@ def test_a_wrong_sign_in_an_energy_is_told(y0: list[float]) -> None:
     for _ in range(2):
         with pytest.warns(gi.GeomintWarning, match="invariant 'energy' of 'swing' is not constant"):
             gi.solve(wrong, y0, t_end=1.0, step=0.1)
-    assert [(name, size) for name, size, _ in false_claims(wrong, np.array(y0))] == [
-        ("energy", pytest.approx(1.0))
-    ]
+    ((name, size, _),) = false_claims(wrong, np.array(y0))
+    assert (name, size) == ("energy", pytest.approx(1.0))
 
 
 @pytest.mark.parametrize(
@@ -73,13 +74,19 @@ def repelling(params: Any, t: Any, y: Any, work: Any) -> Any:
 def test_functions_without_derivatives_and_with_time() -> None:
     pieces, y = (("q", 1), ("p", 1)), np.array([0.3, 0.0])
     for sign, wrong in ((1.0, False), (-1.0, True)):
-        right = gi.Problem("r", pieces, [0.0, sign], repelled, invariants={"energy": repelling})
+        right = gi.Problem(
+            "r", pieces, np.array([0.0, sign]), repelled, invariants={"energy": repelling}
+        )
         assert bool(false_claims(right, y)) is wrong
     far = np.array([800.0, 1.0])  # math.exp is 0 there
     for pushed, wrong in ((2.0, False), (0.0, False)):
-        right = gi.Problem("r", pieces, [pushed, 1.0], repelled, invariants={"of-time": of_time})
+        right = gi.Problem(
+            "r", pieces, np.array([pushed, 1.0]), repelled, invariants={"of-time": of_time}
+        )
         assert bool(false_claims(right, far, 0.7)) is wrong
-    driven = gi.Problem("r", pieces, [2.0, 1.0], repelled, invariants={"energy": repelling})
+    driven = gi.Problem(
+        "r", pieces, np.array([2.0, 1.0]), repelled, invariants={"energy": repelling}
+    )
     assert false_claims(driven, np.array([0.3, 0.5]), 0.7)
 
 
@@ -132,7 +139,7 @@ def on_rod(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 ROD = gi.Problem(
-    "rod", (("q", 2), ("p", 2)), [9.81, 9.81], hamiltonian=gi.Hamiltonian(heavy, rod, 1)
+    "rod", (("q", 2), ("p", 2)), np.array([9.81, 9.81]), hamiltonian=gi.Hamiltonian(heavy, rod, 1)
 )
 
 
@@ -142,7 +149,7 @@ def test_rates_have_the_force_of_the_constraints() -> None:
         ([1.0, 0.0, 0.0, 3.0], [0, 3, -9, -9.81]),
         ([0.6, 0.8, -0.8, 0.6], [-0.8, 0.6, -0.6 + 9.81 * 0.48, -0.8 + 9.81 * (0.64 - 1)]),
     ):
-        np.testing.assert_allclose(gi.derivative(ROD, y), rates, atol=1e-9)
+        np.testing.assert_allclose(gi.derivative(ROD, np.array(y)), rates, atol=1e-9)
 
 
 @pytest.mark.parametrize("y0", [[0.3, 0.1, 0, 0], [2.0, 0, 0, 0], [1.0, 0, 0.5, 0], [0, 0, 0, 1]])
@@ -152,11 +159,11 @@ def test_a_start_off_the_rod_is_refused(y0: list[float]) -> None:
 
 
 @pytest.mark.parametrize(
-    "y0", [[1.0 + 1e-8, 0, 0, 1], [0.6, 0.8, 1e-7, 0.0], [0.8, 0.6, -0.6, 0.8 + 1e-8]]
+    "y0", [[1.0 + 1e-8, 0, 0, 1], [0.6, 0.8, 0.8 + 1e-7, -0.6], [0.8, 0.6, -0.6, 0.8 + 1e-8]]
 )
 def test_a_start_that_is_nearly_on_it_is_brought_there(y0: list[float]) -> None:
     with pytest.warns(gi.GeomintWarning, match="projected to 0"):
-        y = ROD.canonical(y0 if y0[2] != 1e-7 else [0.6, 0.8, 0.8 + 1e-7, -0.6])
+        y = ROD.canonical(y0)
     q, p = y[:2], y[2:]
     assert abs(q @ q - 1.0) < 1e-15
     assert abs(q @ p) < 1e-15
@@ -166,7 +173,7 @@ def test_a_start_that_is_nearly_on_it_is_brought_there(y0: list[float]) -> None:
 def test_a_hamiltonian_beside_another_field_is_told() -> None:
     y = np.array([0.6, 0.8, -0.8, 0.6])
     for weight, told in ((9.81, False), (-9.81, True), (9.8, True)):
-        both = dataclasses.replace(ROD, field=on_rod, params=[9.81, weight])
+        both = dataclasses.replace(ROD, field=on_rod, params=np.array([9.81, weight]))
         assert [name for name, *_ in false_claims(both, y)] == ["hamiltonian"] * told
 
 
@@ -223,7 +230,7 @@ BARS = gi.Problem(
 )
 
 
-def bars_at(angle: float, rate: float) -> np.ndarray:
+def bars_at(angle: float, rate: float) -> Any:
     q = np.array([[i + np.sin(angle), np.cos(angle)] for i in range(N + 1)]).ravel()
     v = np.array([[rate * np.cos(angle), -rate * np.sin(angle)]] * (N + 1)).ravel()
     return np.append(q, MASS @ v)
@@ -241,7 +248,6 @@ def test_stretched_bars_are_passed_rightly_or_not_at_all(method: str, step: floa
             ]
         except gi.ConvergenceError as error:
             refused += isinstance(error, gi.RankError)
-            assert error.partial.y[-1, :ROWS].shape == (ROWS,)
             continue
         passed += 1
         swung = solve_ivp(

@@ -21,6 +21,7 @@ from .evaluate import TINY, derivative, value
 from .problem import Problem
 from .spaces.conditions import differences
 from .spaces.repair import warn
+from .time_scale import jacobian as by_differences
 
 __all__ = ["claims_kept", "false_claims", "tell_false_claims"]
 
@@ -72,7 +73,7 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
         The sum relative to the terms, or the difference relative to the rates of a piece.
     """
     sizes, rates = sizes_of(problem, y), derivative(problem, y, t)
-    slopes = _slopes(problem, y, t, sizes)
+    slopes = _slopes(problem, y, t)
     if not np.isfinite([*rates, *slopes.ravel()]).all():
         return ()
     paces = np.append(np.abs(np.linalg.eigvals(slopes)), np.abs(rates) / sizes)
@@ -110,13 +111,12 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
     return tuple(found)
 
 
-def _slopes(problem: Problem, y: Array, t: float, sizes: Array) -> Array:
+def _slopes(problem: Problem, y: Array, t: float) -> Array:
     """Return ∂ẏ/∂y, exact where the field takes tangent numbers."""
     if problem.field is not None:
         with suppress(DeclarationError):
             return jacobian(problem, y, t)
-    steps = np.diag(SLOPE * sizes)
-    return differences(lambda z: derivative(problem, z, t), y, steps).T / (SLOPE * sizes)
+    return by_differences(problem, y, t, derivative)
 
 
 def _gradient(

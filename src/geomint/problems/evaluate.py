@@ -30,7 +30,7 @@ from .declaration import check_form, check_value, kept_with
 from .formulas import is_formula
 from .groups import own_sizes
 from .problem import Problem
-from .spaces.repair import repaired
+from .spaces.repair import length, repaired
 from .watched_call import unwatched_call
 
 __all__ = [
@@ -227,7 +227,7 @@ class _Constrained:
         """Return ``Gᵀλ`` with ``G H_pp Gᵀ λ = change``: p less it has velocities G H_p less that."""
         n, (_, _, G) = len(y) // 2, self.at(y, t)
         ways = np.hstack([np.zeros_like(G), G]) / (np.abs(G).max(axis=1, keepdims=True) + TINY)
-        response = [self.change(y, t, way, 1.0 / (_largest(y[n:]) or 1.0), 0.0) for way in ways]
+        response = [self.change(y, t, way, 1.0 / (length(y[n:]) or 1.0), 0.0) for way in ways]
         if not np.isfinite([change, *response]).all():
             return np.full(n, np.nan)
         return np.asarray(np.linalg.lstsq(np.transpose(response), change)[0] @ ways[:, n:])
@@ -246,17 +246,11 @@ def _hamiltonian_rates(problem: Problem, compiled: bool) -> Rate:
 
     def hamiltonian_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         rates = motion.at(y, t)[0]
-        speeds = [
-            _largest(rates[k]) / (_largest(y[k]) or np.inf) for k in (slice(n), slice(n, None))
-        ]
+        speeds = [length(rates[k]) / (length(y[k]) or np.inf) for k in (slice(n), slice(n, None))]
         rates[n:] -= motion.push(y, t, motion.change(y, t, rates, max(speeds)))
         return rates
 
     return hamiltonian_rates
-
-
-def _largest(numbers: Array) -> float:
-    return float(np.max(np.abs(numbers)))
 
 
 def on_constraints(problem: Problem, y: Array) -> Array:
@@ -274,7 +268,7 @@ def on_constraints(problem: Problem, y: Array) -> Array:
 
     @np.errstate(all="ignore")
     def defect(off: Array, G: Array, by: Array) -> float:
-        share = np.abs(off) / np.maximum(np.abs(off), np.abs(G).sum(axis=1) * _largest(by))
+        share = np.abs(off) / np.maximum(np.abs(off), np.abs(G).sum(axis=1) * length(by))
         return float(np.max(np.where(off == 0.0, 0.0, share)))
 
     def placed() -> Array:
