@@ -36,6 +36,7 @@ __all__ = [
     "MissingCodeError",
     "NonFiniteError",
     "OutputError",
+    "RankError",
     "SceneError",
     "SendingError",
     "SpeedWarning",
@@ -475,6 +476,15 @@ class ConvergenceError(StepError):
     """The iteration of an implicit step did not converge."""
 
     reason = "the implicit step did not converge"
+
+
+class RankError(ConvergenceError):
+    """Constraints that depend on each other, where motions part or cannot be told apart.
+
+    The residual is the largest change of a momentum in the step.
+    """
+
+    reason = "constraints are not independent, so that the step is not determined"
 
 
 class NonFiniteError(StepError):

@@ -138,7 +138,8 @@ def test_a_force_that_ends() -> None:
     form = dataclasses.replace(base.hamiltonian, gradients=hole)
     problem = dataclasses.replace(base, hamiltonian=form)
     y0 = [0.6, 0.0, -0.8, 0.0, 0.2, 0.0]
-    with pytest.raises(gi.NonFiniteError) as caught:
+    told = pytest.warns(gi.GeomintWarning, match="field and hamiltonian .* are not one motion")
+    with told, pytest.raises(gi.NonFiniteError) as caught:
         gi.solve(problem, y0, t_end=9.0, step=0.05, method="rattle-2", save_every=1, compiled=False)
     assert 0.0 < caught.value.t < 9.0
     assert np.isfinite(caught.value.partial.y).all()

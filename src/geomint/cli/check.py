@@ -49,6 +49,7 @@ def command(
 
     from ..errors import printable
     from ..plan import expected_plans, make_plan
+    from ..problems.declared import claims_kept
 
     for_drift = for_drift or methods is not None
     chosen = chosen_scene(scene, for_drift, **changes)
@@ -58,7 +59,7 @@ def command(
             plans = expected_plans(chosen, methods_of(chosen, methods, changes), costs=True)
         else:
             plans[""] = make_plan(chosen, costs=True)
-    print_notes(chosen)
+    print_notes(chosen, [text for _, _, text in claims_kept(chosen.problem, chosen.state)])
     console = Console()
     console.print(Text(printable(chosen.title), style="bold"))
     if chosen.content.description:

@@ -15,6 +15,7 @@ from ..errors import (
     ConvergenceError,
     DeclarationError,
     NonFiniteError,
+    RankError,
     StepError,
     StepSizeError,
 )
@@ -23,7 +24,7 @@ from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
-from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
+from ..kernels.solve.status import LOST_RANK, NOT_CONVERGED, OK, OUTSIDE_CHART
 
 __all__ = ["NOTHING", "Advance", "Between", "Kernel", "Stepper", "filled_block"]
 
@@ -369,5 +370,8 @@ class Stepper:
         if result.status == OUTSIDE_CHART:
             hint = f"h = {self.h:.6g} turns so far that the group's coordinates end"
             return StepSizeError(*numbers, hint, h=self.h)
+        if result.status == LOST_RANK:
+            hint = f"h = {self.h:.6g} does not tell which of the motions goes on: give another step"
+            return RankError(*numbers, hint)
         kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
         return kind(*numbers, f"h = {self.h:.6g} is probably too large for this method and state")

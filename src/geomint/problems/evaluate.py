@@ -17,6 +17,7 @@ from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import (
     ACTION,
+    CONSTRAINT,
     FIELD,
     FLOW,
     GENERATOR,
@@ -29,6 +30,7 @@ from .declaration import check_form, check_value, kept_with
 from .formulas import is_formula
 from .groups import own_sizes
 from .problem import Problem
+from .spaces.repair import length, repaired
 from .watched_call import unwatched_call
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "at_state",
     "derivative",
     "observable_of",
+    "on_constraints",
     "rates_of",
     "rounding_scale",
     "scales_of",
@@ -47,6 +50,8 @@ __all__ = [
 
 Rate = Callable[[Problem, Array, float], Array]
 Value = Callable[[Array, float], float]
+SPACING, TINY = 1e-5, 1e-300  # of sizes: over which velocities of constraints change
+REPAIRS = 3  # steps of Newton's method
 
 
 def observable_of(problem: Problem, f: Recorded | FunctionType | str, y: Array) -> Recorded:
@@ -198,18 +203,94 @@ def _action_rates(problem: Problem, compiled: bool) -> Rate:
     return action_rates
 
 
+class _Constrained:
+    """A Hamiltonian form at single states: rates without the force of the constraints, and this."""
+
+    def __init__(self, problem: Problem, compiled: bool) -> None:
+        form = problem.hamiltonian
+        assert form is not None
+        n, m = problem.rows // 2, form.constraints
+        sizes, others = {"q": n, "p": n, "dq": n, "dp": n}, {"q": n, "g": m, "G": m * n}
+        self._move, *self._moved = _call(problem, compiled, form.gradients, GRADIENTS, **sizes)
+        self._hold, *self._held = _call(problem, compiled, form.constraint, CONSTRAINT, **others)
+
+    @np.errstate(all="ignore")
+    def at(self, y: Array, t: float) -> tuple[Array, Array, Array]:
+        """Return (q̇, ṗ) without that force, the constraints, and their Jacobian."""
+        (q, p, dq, dp), (at, g, G), n = self._moved, self._held, len(y) // 2
+        q[:], p[:], at[:] = y[:n], y[n:], y[:n]
+        self._move(t=t)
+        self._hold()
+        return np.concatenate([dp, -dq]), g.copy(), G.reshape(len(g), n).copy()
+
+    def push(self, y: Array, t: float, change: Array) -> Array:
+        """Return ``Gᵀλ`` with ``G H_pp Gᵀ λ = change``: p less it has velocities G H_p less that."""
+        n, (_, _, G) = len(y) // 2, self.at(y, t)
+        ways = np.hstack([np.zeros_like(G), G]) / (np.abs(G).max(axis=1, keepdims=True) + TINY)
+        response = [self.change(y, t, way, 1.0 / (length(y[n:]) or 1.0), 0.0) for way in ways]
+        if not np.isfinite([change, *response]).all():
+            return np.full(n, np.nan)
+        return np.asarray(np.linalg.lstsq(np.transpose(response), change)[0] @ ways[:, n:])
+
+    def change(self, y: Array, t: float, way: Array, fastest: float, pace: float = 1.0) -> Array:
+        """Return how fast G H_p changes that way, by a difference: exact if it is quadratic."""
+        by, ends = SPACING / (fastest or 1.0), []
+        for s in (by, -by):
+            rates, _, G = self.at(y + s * way, t + s * pace)
+            ends.append(G @ rates[: len(rates) // 2])
+        return np.asarray((ends[0] - ends[1]) / (2.0 * by))
+
+
 def _hamiltonian_rates(problem: Problem, compiled: bool) -> Rate:
-    assert problem.hamiltonian is not None
-    n = problem.rows // 2
-    sizes = {"q": n, "p": n, "dq": n, "dp": n}
-    call, q, p, dq, dp = _call(problem, compiled, problem.hamiltonian.gradients, GRADIENTS, **sizes)
+    motion, n = _Constrained(problem, compiled), problem.rows // 2
 
     def hamiltonian_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
-        q[:], p[:] = y[:n], y[n:]
-        call(t=t)
-        return np.concatenate([dp, -dq])
+        rates = motion.at(y, t)[0]
+        speeds = [length(rates[k]) / (length(y[k]) or np.inf) for k in (slice(n), slice(n, None))]
+        rates[n:] -= motion.push(y, t, motion.change(y, t, rates, max(speeds)))
+        return rates
 
     return hamiltonian_rates
+
+
+def on_constraints(problem: Problem, y: Array) -> Array:
+    """Return a state on the constraints of a Hamiltonian, repaired if need be as those of spaces are.
+
+    Constraints are measured beside what all of q would change them by, their velocities likewise.
+
+    Raises
+    ------
+    DomainError
+        For a state that is far from them.
+    """
+    key, n = (check_form(problem, "hamiltonian", y), threading.get_ident()), len(y) // 2
+    motion = kept_with(problem, key, lambda: _Constrained(problem, False))
+
+    @np.errstate(all="ignore")
+    def defect(off: Array, G: Array, by: Array) -> float:
+        share = np.abs(off) / np.maximum(np.abs(off), np.abs(G).sum(axis=1) * length(by))
+        return float(np.max(np.where(off == 0.0, 0.0, share)))
+
+    def placed() -> Array:
+        z = y.copy()
+        for _ in range(REPAIRS):
+            _, g, G = motion.at(z, 0.0)
+            z[:n] -= np.linalg.lstsq(G, g)[0]
+        return z
+
+    def turned() -> Array:
+        z = y.copy()
+        for _ in range(REPAIRS):
+            rates, _, G = motion.at(z, 0.0)
+            z[n:] -= motion.push(z, 0.0, G @ rates[:n])
+        return z
+
+    q, p = problem.pieces[0][0], problem.pieces[-1][0]
+    _, g, G = motion.at(y, 0.0)
+    y = repaired(q, y, defect(g, G, y[:n]), "g(q) beside |G||q|", "a state with g(q) = 0", placed)
+    rates, _, G = motion.at(y, 0.0)
+    said, expected = "G ∂H/∂p beside |G||∂H/∂p|", "a state whose velocities keep g(q) = 0"
+    return repaired(p, y, defect(G @ rates[:n], G, rates[:n]), said, expected, turned)
 
 
 def _splitting_rates(problem: Problem, compiled: bool) -> Rate:

@@ -340,7 +340,11 @@ class Problem(Shown, Sendable):
         """Return `y` as a flat, finite, admissible float64 state, or raise `DomainError`."""
         state = as_vector("state", y, self.rows, self._order)
         if self.admit is None:
-            return state
+            if self.forms[0] != "hamiltonian":
+                return state
+            from .evaluate import on_constraints
+
+            return on_constraints(self, state)
         return as_vector("state", self.admit(state), self.rows, f", as `admit` of {self.name!r}")
 
     def physical_state(self, y: Array) -> dict[str, Array]:

@@ -19,9 +19,8 @@ from ..problems.evaluate import rates_of, value_of
 from ..problems.time_scale import jacobian
 from .error_estimate import label
 from .local_error import EndError, Ranked
-from .promise import rough_error
+from .promise import advice, rough_error
 from .solution import Solution
-from .step_notes import advice
 
 __all__ = [
     *("end_error", "end_time", "estimated", "final", "hopeless", "may_grow", "met", "second_end"),

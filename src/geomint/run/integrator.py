@@ -21,9 +21,8 @@ from ..problems.declaration import check_problem
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .carried_directions import PIECE, CarriedDirections, columns
-from .local_error import LocalError
+from .local_error import LocalError, tell_errors
 from .restart import Restart
-from .step_notes import tell_errors
 from .timeline import MOST_STEPS, Timeline, check_advance
 from .watched_steps import PIECE as RANKED, WatchedSteps
 

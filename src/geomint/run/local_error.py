@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arguments import Array
+from ..errors import StepWarning, tell
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.ranks import MARKS, SATURATED, ranks_layout
@@ -30,10 +31,21 @@ if TYPE_CHECKING:
     from .integrator import Integrator
     from .second import Second
 
-__all__ = ["COARSE", "DOUBT", "FINE", "SURE", "EndError", "LocalError", "Ranked", "promised"]
+__all__ = [
+    "COARSE",
+    "DOUBT",
+    "FINE",
+    "SURE",
+    "EndError",
+    "LocalError",
+    "Ranked",
+    "promised",
+    "tell_errors",
+]
 
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 DOUBT = 12.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
+SHORTER = "give a shorter one, such as geomint.solve takes with a tolerance"
 SURE = 0.1  # of a limit: what one measurement shows is known to be less
 
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
@@ -85,6 +97,15 @@ class EndError(NamedTuple):
     error: float
     until: float
     grown: float
+
+
+def tell_errors(error: LocalError, time: str, do: str = SHORTER) -> None:
+    """Warn of steps that err by more than is promised; `time` is the name of the problem's own."""
+    text = (
+        f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
+        f"{time} = {error.time:.6g}: more than is promised where no step is given; {do}"
+    )
+    tell(StepWarning(text, "state", error.largest, error.time))
 
 
 class Ranked:

@@ -14,14 +14,13 @@ from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .events import Event, choose_events
 from .exact.trail import ExactTrail
-from .local_error import Ranked
+from .local_error import Ranked, tell_errors
 from .met import Met
 from .progress import Progress
 from .promise import Setting
 from .section import Section, SectionStatus
 from .solution import Solution
 from .solve import solve
-from .step_notes import tell_errors
 from .watched_steps import MORE
 
 __all__ = ["poincare_section"]

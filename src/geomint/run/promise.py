@@ -20,7 +20,9 @@ from .local_error import DOUBT, SURE, LocalError, Ranked, promised
 from .second import longer
 from .solution import Solution
 
-__all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "rough_error"]
+__all__ = [
+    *("AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "advice", "rough_error"),
+]
 
 AT_END = 1e-9
 ENOUGH = 3.0  # times: of the end, where sums are better known; of steps, where few err, and most
@@ -180,3 +182,16 @@ class Setting(NamedTuple):
 def rough_error(found: Solution) -> LocalError | None:
     """Return what steps err by, measured at one place where it has not been measured yet."""
     return found.ranked.rough if isinstance(found.ranked, Ranked) else found.ranked
+
+
+def advice(solution: Solution, part: float) -> str:
+    """Return what to do so that a run errs by such a part of what it errs by; 0: nothing helps."""
+    ranked = solution.ranked
+    if isinstance(ranked, Ranked) and ranked.concentrated:
+        return "if a force switches there, name the time: breaks=[…]"
+    if not part > 0.0:
+        return "no shorter step does better: give an earlier end"
+    if isinstance(solution.method, Adaptive):
+        return "give a smaller tolerance"
+    step = abs(solution.step) * min(part ** (1.0 / solution.method.order), 0.5)
+    return f"give a shorter step: step={step:.2g}"

@@ -16,6 +16,7 @@ from ..methods import Exact, Method, Start, find_solver
 from ..methods.adaptive import Adaptive
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
+from ..problems.declared import tell_false_claims
 from ..problems.problem import Problem
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
@@ -34,13 +35,18 @@ from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
 from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
-from .local_error import promised
+from .local_error import promised, tell_errors
 from .progress import Progress
-from .promise import AIM, Setting, rough_error
+from .promise import AIM, Setting, advice, rough_error
 from .recorder import Account, Recorder
 from .result import Status
 from .solution import Solution
-from .step_notes import advice, tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
+from .step_notes import (
+    may_lose,
+    tell_long_steps,
+    tell_lost_integrals,
+    tell_short_run,
+)
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
@@ -212,6 +218,9 @@ def solve(
     elif not kept and solution.local_error is not None:
         part = AIM * promised(solution.method) / solution.local_error.largest
         tell_errors(solution.local_error, solution.about.time, advice(solution, part))
+    if may_lose(solution):
+        own = t0 if solution.problem.time == "t" else 0.0
+        tell_lost_integrals(solution, solution.problem.canonical(y0), own, False, compiled)
     return solution
 
 
@@ -292,6 +301,7 @@ def _solved(
     form = problem.forms[0] if exact else chosen.needs
     if admitted is None or evaluated:  # else it has been looked at with the state
         functions = check_problem(problem, state, form, with_clock, evaluated)
+    tell_false_claims(problem, state, timeline.start)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -381,8 +391,8 @@ def _solved(
         raise status
     if given and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
-    elif given and step is not None and solution.success:
-        tell_coarse_steps(solution, recorder, start, watched)
+    elif given and step is not None and may_lose(solution):
+        tell_lost_integrals(solution, state, timeline.start, given, compiled)
     if estimate_error:
         again: Callable[..., Solution] = partial(
             _solved,

@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from ..arguments import Array
 from ..errors import DomainError, StepWarning, tell
-from ..methods import Method, Start
+from ..methods import Method
 from ..methods.adaptive import Adaptive
+from ..problems.declared import claims_kept
 from ..problems.evaluate import scales_of, states_around, value_of
 from ..problems.problem import Problem
-from ..watch.functions import ENERGY, Function
-from ..watch.watcher import Watcher
-from .local_error import LocalError, Ranked
+from ..watch.functions import ENERGY
+from .growth import end_time, final
+from .local_error import Ranked, promised
+from .solution import Solution
+from .timeline import Timeline
 
-if TYPE_CHECKING:
-    from .recorder import Recorder
-    from .solution import Solution
-    from .timeline import Timeline
+__all__ = ["may_lose", "tell_long_steps", "tell_lost_integrals", "tell_short_run"]
 
-__all__ = ["advice", "tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_run"]
-
-SHORTER = "give a shorter one, such as geomint.solve takes with a tolerance"
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
 LOST = 1e-2  # of the scale of an integral: what is off by more at the end is not the motion
+MORE = 3.0  # times what steps that err as is promised may add up to
 FEW = 60  # numbers of a state whose integrals plain Python evaluates in a moment
 
 
@@ -55,71 +51,67 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
         tell(StepWarning(text, "step", abs(timeline.h) / usual))
 
 
-def tell_errors(error: LocalError, time: str, do: str = SHORTER) -> None:
-    """Warn of steps that err by more than is promised; `time` is the name of the problem's own."""
-    text = (
-        f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
-        f"{time} = {error.time:.6g}: more than is promised where no step is given; {do}"
-    )
-    tell(StepWarning(text, "state", error.largest, error.time))
+def may_lose(solution: Solution) -> bool:
+    """Tell whether steps err so much that integrals may be off by `LOST`, and can be looked at."""
+    method, ranked, errors = solution.method, solution.ranked, 1.0
+    if isinstance(ranked, Ranked):
+        errors = ranked.number("total")
+    elif isinstance(method, Adaptive):
+        errors = solution.steps * method.rtol
+    small = len(solution.y) > 0 and solution.problem.rows <= FEW
+    return solution.success and small and not 0.0 < errors < QUIET
 
 
-def advice(solution: Solution, part: float) -> str:
-    """Return what to do so that a run errs by such a part of what it errs by; 0: nothing helps."""
-    ranked = solution.ranked
-    if isinstance(ranked, Ranked) and ranked.concentrated:
-        return "if a force switches there, name the time: breaks=[…]"
-    if not part > 0.0:
-        return "no shorter step does better: give an earlier end"
-    if isinstance(solution.method, Adaptive):
-        return "give a smaller tolerance"
-    step = abs(solution.step) * min(part ** (1.0 / solution.method.order), 0.5)
-    return f"give a shorter step: step={step:.2g}"
-
-
-def tell_coarse_steps(
-    solution: Solution, recorder: Recorder, start: Start, watched: Mapping[str, Watcher]
+def tell_lost_integrals(
+    solution: Solution, state: Array, begin: float, given: bool, compiled: bool
 ) -> None:
-    """Warn of given steps with which an integral is off by more than `LOST` at the end."""
-    problem, ranked = start.problem, solution.ranked
-    if isinstance(ranked, Ranked) and 0.0 < ranked.number("total") < QUIET:
-        return
-    if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
-        return
-    off = _integrals_off(solution, recorder, start, watched)
-    for name, part in [*off.items()][:1]:
-        text = (
-            f"steps of {abs(start.h):.3g} are so long that {name} is off by {part:.2g} of its size at "
-            "the end: give a shorter step, or a tolerance in its place"
-        )
-        tell(StepWarning(text, name, part, recorder.own_time))
+    """Warn if an integral is off at the end by more than `LOST`, and than what is promised explains.
 
-
-def _integrals_off(
-    solution: Solution, recorder: Recorder, start: Start, watched: Mapping[str, Watcher]
-) -> dict[str, float]:
-    """Return integrals that are off at the end by more than `LOST` of their scale, and by how much.
-
-    The energy is looked at, where there is one, and else all. The scale is `rounding_scale` where the
-    run began, or the value there where that overflows.
+    The run began at a `state` and a time of its own; `given`: with a step, that promises nothing.
     """
-    problem, state, known = start.problem, start.y0, start.problem.invariants
-    end, time, found = recorder.last_state, recorder.own_time, {}
+    method, explained = solution.method, LOST
+    if not (given or isinstance(method, Adaptive) or solution.accuracy):
+        explained = max(LOST, MORE * solution.steps * promised(method))
+    found = _integral_off(solution, state, begin, compiled, explained)
+    if found is None:
+        return
+    name, part = found
+    if isinstance(method, Adaptive):
+        said, instead = f"steps with rtol = {method.rtol:g} err so much", "a smaller rtol"
+    else:
+        said, instead = f"steps of {abs(solution.step):.3g} are so long", "a shorter step"
+    text = (
+        f"{said} that {name} is off by {part:.2g} of its size at the end: give {instead}, or a "
+        "tolerance in its place"
+    )
+    tell(StepWarning(text, name, part, end_time(solution)))
+
+
+def _integral_off(
+    solution: Solution, state: Array, begin: float, compiled: bool, explained: float
+) -> tuple[str, float] | None:
+    """Return an integral that is off at the end by more than that part of its scale, and by how much.
+
+    The energy is looked at, where there is one, and else all, but for those that are none. The scale is
+    `rounding_scale` where the run began, or the value there where that overflows.
+    """
+    problem, known, ranked = solution.problem, solution.problem.invariants, solution.ranked
+    end = final(solution)
+    time = ranked.end if isinstance(ranked, Ranked) else end_time(solution)
+    none = {name for name, _, _ in claims_kept(problem, state, begin)}
     for name in [ENERGY] if ENERGY in known else known:
-        by, scale = watched.get(name), 0.0
+        if name in none:
+            continue
         try:
-            if isinstance(by, Function) and by.steps is None and by.function is known[name]:
-                drift = solution.drift[name]
-                before, change, scale = drift.initial, abs(drift.final_error), drift.scale
-            else:
-                number = value_of(problem, known[name], state, start.compiled)
-                before = number(state, start.t0)
-                change = abs(number(end, time) - before)
-                if change > LOST * abs(before):
-                    around = [number(y, start.t0) for y in states_around(state)]
-                    scale = scales_of([around], state)[0]
+            number = value_of(problem, known[name], state, compiled)
+            before = number(state, begin)
+            change = abs(number(end[: problem.rows], time) - before)
+            if change <= explained * abs(before):
+                continue
+            around = [number(y, begin) for y in states_around(state)]
         except ArithmeticError:  # of a function in plain Python
             continue
-        if change > LOST * max(scale, abs(before)):
-            found[name] = change / max(scale, abs(before))
-    return found
+        scale = max(scales_of([around], state)[0], abs(before))
+        if change > explained * scale:
+            return name, change / scale
+    return None

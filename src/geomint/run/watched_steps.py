@@ -12,8 +12,7 @@ from ..methods.method import Method
 from ..methods.stepper import NOTHING
 from ..problems.evaluate import rates_of
 from ..problems.time_scale import turning_time
-from .local_error import DOUBT, SURE, LocalError, Ranked, promised
-from .step_notes import tell_errors
+from .local_error import DOUBT, SURE, LocalError, Ranked, promised, tell_errors
 
 if TYPE_CHECKING:
     from .integrator import Integrator

@@ -22,8 +22,8 @@ from .fixed_point import (
     rounding_left,
     solved,
 )
-from .small_matrices import across, along, contract, largest, solve_small
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .small_matrices import across, along, contract, largest, lost_rank, solve_small
+from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["RATTLE", "rattle_memory", "rattle_stepper", "rattle_work"]
 
@@ -272,8 +272,12 @@ def rattle_step(
             if not top(left) <= CLEAN:
                 return NOT_CONVERGED if finite(top(left)) else NOT_FINITE, NEWTON, top(left)
             for i in range(n):
+                dq1[i] = dq1[i] + (P[i] - dq0[i])
+            if m > 1 and lost_rank(m, matrix, n, p, dq1, dp0, 2.0 * half):
+                return LOST_RANK, iteration + 1, top(left)
+            for i in range(n):
                 add_compensated(q, carry, i, last_q[i])
-                add_compensated(p, part(carry, n, n), i, dq1[i] + (P[i] - dq0[i]))
+                add_compensated(p, part(carry, n, n), i, dq1[i])
             if clock_rows > 0:
                 end_rate = clock(params, t1, qp, scratch)
                 by = half * (start_rate + end_rate)

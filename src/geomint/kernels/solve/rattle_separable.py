@@ -11,8 +11,8 @@ from ..numbers.blocks import REST, part, sections
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
 from .rattle import Coefficients, rattle_stepper
-from .small_matrices import across, along, contract, largest, solve_small
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .small_matrices import across, along, contract, largest, lost_rank, solve_small
+from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = [
     "separable_rattle_memory",
@@ -207,6 +207,8 @@ def separable_rattle_step(
     largest = top(worst)
     if not finite(largest):
         return NOT_FINITE, iterations, largest
+    if m > 1 and lost_rank(m, matrix, n, p, kick, force, step):
+        return LOST_RANK, iterations, largest
     for i in range(n):
         add_compensated(q, carry, i, increment[i])
         add_compensated(p, p_carry, i, kick[i])

@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiling.recorded import helper
-from ..numbers.arithmetic import maximum
+from ..numbers.arithmetic import maximum, plain, top
 
-__all__ = ["across", "along", "contract", "largest", "solve_small"]
+__all__ = ["across", "along", "contract", "largest", "lost_rank", "solve_small"]
+
+LEFT, NOTHING = 0.02, 1e-12  # of a constraint, beside those before it
+JUMP, RESTING, PULLED = 0.35, 0.52, 4.0
 
 
 @helper
@@ -28,6 +31,36 @@ def solve_small(m: int, matrix: Any, right: Any) -> None:
         for j in range(k + 1, m):
             total -= matrix[k * m + j] * right[j]
         right[k] = total / matrix[k * m + k]
+
+
+@helper
+def lost_rank(m: int, matrix: Any, n: int, p: Any, kick: Any, force: Any, h: Any) -> bool:
+    """Tell whether a step has passed a state where constraints depend on each other, and not rightly.
+
+    `matrix` is what `solve_small` has made of G H_pp Gᵀ: a pivot is what is left of a constraint's
+    normal beside those before it. Where next to nothing is, several motions meet, and the step has
+    taken another one if the kick of p is large: not from rest, and not by the force, whose steps do so
+    too. Right passes of a four-bar kick by 0.2 of p at most, wrong ones by 0.4 at least.
+    """
+    most = 0.0 * plain(matrix[0])
+    for k in range(1, m):
+        taken = 0.0 * most
+        for j in range(k):
+            upper = plain(matrix[j * m + k])
+            taken += upper * upper / plain(matrix[j * m + j])
+        most = maximum(taken / (taken + plain(matrix[k * m + k])), most)
+    if not top(most) > 1.0 - LEFT:
+        return False
+    if top(most) > 1.0 - NOTHING:
+        return True
+    before, after, moved = 0.0 * most, 0.0 * most, 0.0 * most
+    for i in range(n):
+        before = maximum(abs(plain(p[i])), before)
+        after = maximum(abs(plain(p[i]) + plain(kick[i])), after)
+        moved = maximum(abs(plain(kick[i])), moved)
+    size, pull = max(top(before), top(after)), abs(top(h)) * top(plain(largest(n, force)))
+    resting = top(before) < RESTING * top(after) or size < PULLED * pull
+    return top(moved) > JUMP * size and not resting
 
 
 @helper

@@ -1,0 +1,131 @@
+"""What a problem says of its motion, held against it: constants, and forms that are one motion.
+
+Looked at a little later than a run starts: at rest, and where a force vanishes, nothing would be seen.
+Derivatives are exact, so that what is left is rounding, unless a sign or a term is wrong.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from ..arguments import Array
+from ..errors import DeclarationError, DeclarationWarning, tell
+from ..kernels.compiling.code import reads
+from ..kernels.compiling.recorded import Recorded
+from .declaration import FEW, functions_of, kept_with
+from .derivatives import gradient, jacobian
+from .deviation import sizes_of
+from .evaluate import TINY, derivative, value
+from .problem import Problem
+from .spaces.conditions import differences
+from .time_scale import jacobian as by_differences
+
+__all__ = ["claims_kept", "false_claims", "tell_false_claims"]
+
+LATER = 1e-3  # of the shortest time of the motion: states stay on their manifold to its cube
+SLOPE = 1e-5  # of sizes: over which differences are taken of what has no tangent numbers
+OFF = 1e-6  # of the terms that should cancel
+APART = 1e-5  # of rates, which may be difference quotients
+QUOTIENT = 1e-6  # ten times the time over which flows of a splitting are taken for its rates
+NOISE = 1e-8  # of what rates are where the motion is not at rest
+
+Claim = tuple[str, float, str]  # what is not so: its name, its size, and both in words
+
+
+def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]:
+    """Return `false_claims`, looked for once for a problem's functions, where the first run starts.
+
+    None in states of more than `FEW` numbers, where plain Python takes long.
+    """
+    if problem.rows > FEW:
+        return ()
+
+    def functions() -> tuple[Recorded, ...]:
+        forms = (f for form in problem.forms for f in functions_of(problem, form))
+        return *forms, *problem.invariants.values(), *problem.constraints.values()
+
+    key = ("claims", *[f.fingerprint for f in kept_with(problem, "claiming", functions)])
+    return kept_with(problem, key, lambda: false_claims(problem, y, t))
+
+
+def tell_false_claims(problem: Problem, y: Array, t: float) -> None:
+    """Warn of them."""
+    for name, size, text in claims_kept(problem, y, t):
+        tell(DeclarationWarning(text, name, size))
+
+
+@np.errstate(all="ignore")
+def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]:
+    """Return what a problem says of its motion through a state, and is not so.
+
+    Invariants and constraints are constant: of ``dI/dt = ∂I/∂t + Σ ∂I/∂y_i ẏ_i`` the sum is to vanish
+    beside its terms. Other forms have the rates of the first one. Where the motion is at rest, or no
+    number, nothing is told.
+
+    Returns
+    -------
+    tuple of (name, size, text)
+        The sum relative to the terms, or the difference relative to the rates of a piece.
+    """
+    sizes, rates = sizes_of(problem, y), derivative(problem, y, t)
+    slopes = _slopes(problem, y, t)
+    if not np.isfinite([*rates, *slopes.ravel()]).all():
+        return ()
+    paces = np.append(np.abs(np.linalg.eigvals(slopes)), np.abs(rates) / sizes)
+    fastest, found = float(paces.max()), list[Claim]()
+    if not TINY < fastest < np.inf:
+        return ()
+    h = LATER / fastest
+    later, z = t + h, y + h * (rates + 0.5 * h * slopes @ rates)
+    rates = derivative(problem, z, later)
+    first, *others = problem.forms
+    for form in others:
+        at = (z, later) if form == "hamiltonian" else (y, t)  # quotients tell how far z is off
+        apart = np.abs(derivative(problem, *at, form) - derivative(problem, *at))
+        for piece, rows in problem.slices.items():
+            off, most = float(apart[rows].max()), float(np.abs(rates[rows]).max())
+            noise = APART * (fastest + (form == "splitting")) * float(sizes[rows].max())
+            if off > (APART + QUOTIENT * fastest) * most + 0.1 * noise:
+                size = off / max(off, most)
+                text = (
+                    f"{first} and {form} of {problem.name!r} are not one motion: rates of {piece}"
+                )
+                found.append((form, size, f"{text} differ by {size:.2g} of the larger"))
+                break
+    for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
+        for name, f in known.items():
+            along, alone = _gradient(problem, f, z, later, sizes, h)
+            terms = np.append(along * rates, alone)
+            off, all_of_them = float(abs(terms.sum())), float(np.abs(terms).sum())
+            noise = NOISE * fastest * float(np.abs(along * sizes).sum())
+            if off > OFF * all_of_them + noise:
+                size = off / all_of_them
+                what = f"the {kind} {name!r} of {problem.name!r} is not constant along the motion"
+                why = f"its rate is {size:.2g} of the terms that should cancel; a sign or a term is"
+                found.append((name, size, f"{what}: {why} wrong, in it or in the equations"))
+    return tuple(found)
+
+
+def _slopes(problem: Problem, y: Array, t: float) -> Array:
+    """Return ∂ẏ/∂y, exact where the field takes tangent numbers."""
+    if problem.field is not None:
+        with suppress(DeclarationError):
+            return jacobian(problem, y, t)
+    return by_differences(problem, y, t, derivative)
+
+
+def _gradient(
+    problem: Problem, f: Recorded, y: Array, t: float, sizes: Array, h: float
+) -> tuple[Array, float]:
+    """Return the derivatives of a quantity by the state and by time."""
+    alone = 0.0
+    if reads(f.function.__code__, 1):
+        alone = (value(problem, f, y, t + h) - value(problem, f, y, t - h)) / (2.0 * h)
+    with suppress(DeclarationError):
+        return gradient(problem, f, y, t), alone
+    steps = np.diag(SLOPE * sizes)
+    return differences(lambda z: np.array(value(problem, f, z, t)), y, steps) / (
+        SLOPE * sizes
+    ), alone

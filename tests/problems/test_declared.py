@@ -1,0 +1,310 @@
+"""What a problem says of its motion is held against it, and what is right is told nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import geomint as gi
+from geomint.problems.declared import false_claims
+from geomint.scene.load import scene_names
+
+SCENES = scene_names()
+
+
+@gi.field
+def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -gi.sin(y[0])
+
+
+@gi.observable
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * y[1] * y[1] - params[0] * gi.cos(y[0])
+
+
+def swinging(sign: float, **more: Any) -> gi.Problem:
+    pieces = (("q", 1), ("p", 1))
+    return gi.Problem(
+        "swing", pieces, np.array([sign]), pendulum, invariants={"energy": energy}, **more
+    )
+
+
+@pytest.mark.parametrize("y0", [[2.0, 0.0], [2.0, 0.3], [0.0, 1.0], [1e-9, 0.0]])
+def test_a_wrong_sign_in_an_energy_is_told(y0: list[float]) -> None:
+    """From rest too, where nothing changes at once; each time, and with what it is off by."""
+    wrong = swinging(-1.0)
+    for _ in range(2):
+        with pytest.warns(gi.GeomintWarning, match="invariant 'energy' of 'swing' is not constant"):
+            gi.solve(wrong, y0, t_end=1.0, step=0.1)
+    ((name, size, _),) = false_claims(wrong, np.array(y0))
+    assert name == "energy"
+    assert size == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "y0", [[2.0, 0.0], [0.0, 0.0], [np.pi, 0.0], [np.pi, 1e-15], [1e-9, 1e-13], [0.0, 1e9]]
+)
+def test_a_right_energy_is_told_nothing(y0: list[float]) -> None:
+    """At rest either, nor where all but rounding cancels."""
+    assert false_claims(swinging(1.0), np.array(y0)) == ()
+
+
+@gi.field
+def repelled(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = math.exp(-y[0]) + params[0] * t
+
+
+@gi.observable
+def of_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """The momentum less what time adds to it, where nothing repels."""
+    return y[1] - 0.5 * params[0] * t * t
+
+
+@gi.observable
+def repelling(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * y[1] * y[1] + params[1] * math.exp(-y[0])
+
+
+def test_functions_without_derivatives_and_with_time() -> None:
+    pieces, y = (("q", 1), ("p", 1)), np.array([0.3, 0.0])
+    for sign, wrong in ((1.0, False), (-1.0, True)):
+        right = gi.Problem(
+            "r", pieces, np.array([0.0, sign]), repelled, invariants={"energy": repelling}
+        )
+        assert bool(false_claims(right, y)) is wrong
+    far = np.array([800.0, 1.0])  # math.exp is 0 there
+    for pushed, wrong in ((2.0, False), (0.0, False)):
+        right = gi.Problem(
+            "r", pieces, np.array([pushed, 1.0]), repelled, invariants={"of-time": of_time}
+        )
+        assert bool(false_claims(right, far, 0.7)) is wrong
+    driven = gi.Problem(
+        "r", pieces, np.array([2.0, 1.0]), repelled, invariants={"energy": repelling}
+    )
+    assert false_claims(driven, np.array([0.3, 0.5]), 0.7)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_no_built_in_system_says_what_is_not_so(name: str) -> None:
+    scene = gi.load_scene(name)
+    for label, problem in scene.model.problems.items():
+        y = scene.model.states[label]
+        assert false_claims(problem, y, 0.3) == ()
+        if problem.make_random is None:
+            continue
+        y = problem.random_state(3)
+        for rows in problem.slices.values() if problem.rows < 20 else ():
+            for scale in (0.0, 1e-12, 1e4):
+                z = y.copy()
+                z[rows] *= scale
+                try:
+                    z = problem.canonical(z)
+                except gi.GeomintError:
+                    continue
+                assert false_claims(problem, z) == ()
+
+
+# --- constraints of a Hamiltonian -----------------------------------------------------------------
+
+
+@gi.field
+def heavy(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    for i in range(2):
+        dq[i] = 0.0 * q[i]
+        dp[i] = 1.0 * p[i]
+    dq[1] = dq[1] + params[0]
+
+
+@gi.field
+def rod(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0)
+    G[0] = 1.0 * q[0]
+    G[1] = 1.0 * q[1]
+
+
+@gi.field
+def on_rod(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """The same by the field, λ = (p, p) − 9.81 q₂, or another weight."""
+    force = y[2] * y[2] + y[3] * y[3] - params[1] * y[1]
+    out[0] = 1.0 * y[2]
+    out[1] = 1.0 * y[3]
+    out[2] = -force * y[0]
+    out[3] = -force * y[1] - params[1]
+
+
+ROD = gi.Problem(
+    "rod", (("q", 2), ("p", 2)), np.array([9.81, 9.81]), hamiltonian=gi.Hamiltonian(heavy, rod, 1)
+)
+
+
+def test_rates_have_the_force_of_the_constraints() -> None:
+    for y, rates in (
+        ([0.0, -1.0, 0.0, 0.0], [0, 0, 0, 0]),
+        ([1.0, 0.0, 0.0, 3.0], [0, 3, -9, -9.81]),
+        ([0.6, 0.8, -0.8, 0.6], [-0.8, 0.6, -0.6 + 9.81 * 0.48, -0.8 + 9.81 * (0.64 - 1)]),
+    ):
+        np.testing.assert_allclose(gi.derivative(ROD, np.array(y)), rates, atol=1e-9)
+
+
+@pytest.mark.parametrize("y0", [[0.3, 0.1, 0, 0], [2.0, 0, 0, 0], [1.0, 0, 0.5, 0], [0, 0, 0, 1]])
+def test_a_start_off_the_rod_is_refused(y0: list[float]) -> None:
+    with pytest.raises(gi.DomainError, match=r"expected a state (with|whose velocities keep) g"):
+        gi.solve(ROD, y0, t_end=1.0, method="rattle-4", step=0.01)
+
+
+@pytest.mark.parametrize(
+    "y0", [[1.0 + 1e-8, 0, 0, 1], [0.6, 0.8, 0.8 + 1e-7, -0.6], [0.8, 0.6, -0.6, 0.8 + 1e-8]]
+)
+def test_a_start_that_is_nearly_on_it_is_brought_there(y0: list[float]) -> None:
+    with pytest.warns(gi.GeomintWarning, match="projected to 0"):
+        y = ROD.canonical(y0)
+    q, p = y[:2], y[2:]
+    assert abs(q @ q - 1.0) < 1e-15
+    assert abs(q @ p) < 1e-15
+    assert ROD.canonical(y).tobytes() == y.tobytes()
+
+
+def test_a_hamiltonian_beside_another_field_is_told() -> None:
+    y = np.array([0.6, 0.8, -0.8, 0.6])
+    for weight, told in ((9.81, False), (-9.81, True), (9.8, True)):
+        both = dataclasses.replace(ROD, field=on_rod, params=np.array([9.81, weight]))
+        assert [name for name, *_ in false_claims(both, y)] == ["hamiltonian"] * told
+
+
+# --- two four-bars, the benchmark A02 of IFToMM: stretched, constraints depend on each other ------
+
+N, WEIGHT = 2, 9.81
+ROWS = 2 * (N + 1)
+MASS = np.zeros((ROWS, ROWS))
+FORCE = np.zeros(ROWS)
+for bar in [(i,) for i in range(N + 1)] + [(i, i + 1) for i in range(N)]:
+    for i in bar:
+        FORCE[2 * i + 1] += 0.5 * WEIGHT
+        for j in bar:
+            for k in range(2):
+                MASS[2 * i + k, 2 * j + k] += 1 / 3 if i == j else 1 / 6
+
+
+@gi.field
+def bars_move(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    n = len(q)
+    for i in range(n):
+        dq[i] = params[n * n + i] + 0.0 * q[i]
+        dp[i] = 0.0 * p[0]
+        for j in range(n):
+            dp[i] = dp[i] + params[n * i + j] * p[j]
+
+
+@gi.field
+def bars_hold(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    n = len(q)
+    for r in range(len(g)):
+        for j in range(n):
+            G[n * r + j] = 0.0 * q[0]
+    for i in range(n // 2):
+        x, y = q[2 * i] - i, q[2 * i + 1]
+        g[i] = 0.5 * (x * x + y * y - 1.0)
+        G[n * i + 2 * i] = 1.0 * x
+        G[n * i + 2 * i + 1] = 1.0 * y
+    for i in range(n // 2 - 1):
+        r = n // 2 + i
+        x, y = q[2 * i + 2] - q[2 * i], q[2 * i + 3] - q[2 * i + 1]
+        g[r] = 0.5 * (x * x + y * y - 1.0)
+        G[n * r + 2 * i] = -x
+        G[n * r + 2 * i + 1] = -y
+        G[n * r + 2 * i + 2] = 1.0 * x
+        G[n * r + 2 * i + 3] = 1.0 * y
+
+
+BARS = gi.Problem(
+    "four-bars",
+    (("q", ROWS), ("p", ROWS)),
+    np.append(np.linalg.inv(MASS).ravel(), FORCE),
+    hamiltonian=gi.Hamiltonian(bars_move, bars_hold, 2 * N + 1, separable=True),
+)
+
+
+def bars_at(angle: float, rate: float) -> Any:
+    q = np.array([[i + np.sin(angle), np.cos(angle)] for i in range(N + 1)]).ravel()
+    v = np.array([[rate * np.cos(angle), -rate * np.sin(angle)]] * (N + 1)).ravel()
+    return np.append(q, MASS @ v)
+
+
+@pytest.mark.parametrize(("method", "step"), [("rattle-4", 0.05), ("rattle-8", 0.05)])
+def test_stretched_bars_are_passed_rightly_or_not_at_all(method: str, step: float) -> None:
+    """3 θ″ = 3.5 g sin θ; beyond the stretched state a bar may fold, which none does by itself."""
+    rng, passed, refused = np.random.default_rng(5), 0, 0
+    for angle in rng.uniform(0.0, 1.4, 60):
+        rate = np.sqrt(1.0 + 7.0 * WEIGHT / 3.0 * (1.0 - np.cos(angle)))
+        try:
+            q = gi.solve(BARS, bars_at(angle, rate), t_end=2.0, method=method, step=step).y[
+                -1, :ROWS
+            ]
+        except gi.ConvergenceError as error:
+            refused += isinstance(error, gi.RankError)
+            continue
+        passed += 1
+        swung = solve_ivp(
+            lambda t, y: [y[1], 3.5 * WEIGHT * np.sin(y[0]) / 3.0],
+            (0.0, 2.0), [angle, rate], method="DOP853", rtol=1e-11, atol=1e-11,
+        )  # fmt: skip
+        right = bars_at(swung.y[0, -1], 0.0)[:ROWS]
+        assert np.abs(q - right).max() < 0.02
+    assert passed > 50
+    assert refused > 0
+
+
+def test_constraints_that_repeat_each_other_are_a_typed_error() -> None:
+    @gi.field
+    def twice(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+        for r in range(2):
+            g[r] = (1.0 + r) * 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0)
+            for i in range(3):
+                G[3 * r + i] = (1.0 + r) * q[i]
+
+    @gi.field
+    def free(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+        for i in range(3):
+            dq[i] = 0.0 * q[i]
+            dp[i] = 1.0 * p[i]
+
+    for separable in (False, True):
+        form = gi.Hamiltonian(free, twice, 2, separable=separable)
+        problem = gi.Problem("twice", (("q", 3), ("p", 3)), hamiltonian=form)
+        with pytest.raises(gi.StepError):
+            gi.solve(problem, [0.6, 0, 0.8, 0, 1, 0], t_end=1.0, method="rattle-2", step=0.1)
+
+
+# --- energy at the end ----------------------------------------------------------------------------
+
+
+@gi.field
+def kepler(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    square = y[0] * y[0] + y[1] * y[1]
+    pull = -1.0 / (square * gi.sqrt(square))
+    out[0], out[1] = 1.0 * y[2], 1.0 * y[3]
+    out[2], out[3] = pull * y[0], pull * y[1]
+
+
+@gi.observable
+def of_orbit(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * (y[2] * y[2] + y[3] * y[3]) - 1.0 / gi.sqrt(y[0] * y[0] + y[1] * y[1])
+
+
+ORBIT = gi.Problem("orbit", (("q", 2), ("v", 2)), field=kepler, invariants={"energy": of_orbit})
+
+
+def test_energy_that_is_lost_is_told_whatever_chose_the_steps() -> None:
+    """By variable steps with a loose tolerance of their own, as by a step that is given."""
+    y0 = [-1.8, 0.0, 0.0, -1.0 / 3.0]
+    loose = gi.find_method("dop853-adaptive").with_options(rtol=1e-2, atol=1e-2)
+    for given in ({"method": loose}, {"method": "rk-4", "step": 0.1}):
+        with pytest.warns(gi.GeomintWarning, match="energy is off by .* of its size at the end"):
+            gi.solve(ORBIT, y0, t_end=60.0 * np.pi, **given)
