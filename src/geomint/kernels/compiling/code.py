@@ -12,7 +12,7 @@ import hashlib
 import struct
 import types
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 __all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "paths_in", "reads"]
 
@@ -48,7 +48,7 @@ def framed(*pieces: bytes) -> bytes:
     return b"".join(len(piece).to_bytes(8, "little") + piece for piece in pieces)
 
 
-def constant(value: Any) -> bytes:
+def constant(value) -> bytes:
     """Return a constant of code as bytes: the same in every process, others for another type or bit."""
     cls = type(value)
     name = cls.__name__.encode()

@@ -28,7 +28,7 @@ _STAMPED = {"geomint", "numpy", "scipy", "numba", "llvmlite", "mpmath", *sys.std
 _IN_CLASSES = (types.FunctionType, property, classmethod, staticmethod, *CONSTANTS)
 
 
-def digest(value: Any) -> str:
+def digest(value) -> str:
     """Return 32 digits of what a value is made of: arrays bit by bit, functions by their code."""
     return _Digests().of(value).hex()[:32]
 
@@ -39,7 +39,7 @@ class _Digests:
     def __init__(self) -> None:
         self._met: dict[int, tuple[bytes, Any]] = {}  # with the value, so that its id stays its own
 
-    def of(self, value: Any) -> bytes:
+    def of(self, value) -> bytes:
         if isinstance(value, np.generic):
             value = value.item()  # what a user computed is what a user wrote
         if type(value) in CONSTANTS:
@@ -51,7 +51,7 @@ class _Digests:
         self._met[id(value)] = found, value
         return found
 
-    def _content(self, value: Any) -> bytes:
+    def _content(self, value) -> bytes:
         if isinstance(value, types.ModuleType):
             return framed(b"module", value.__name__.encode())
         if isinstance(value, type):
@@ -89,11 +89,11 @@ class _Digests:
         return framed(b"class", _name(kind), *bases, *code)
 
 
-def _stamped(module: Any) -> bool:
+def _stamped(module) -> bool:
     return isinstance(module, str) and module.partition(".")[0] in _STAMPED
 
 
-def _name(value: Any) -> bytes:
+def _name(value) -> bytes:
     names = (getattr(value, name, "") for name in ("__module__", "__qualname__", "__name__"))
     return " ".join(map(str, (type(value).__name__, *names))).encode()
 

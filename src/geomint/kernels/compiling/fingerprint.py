@@ -40,7 +40,7 @@ class Reach:
         All that are reached outside of the kernel layer and of libraries.
     """
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function) -> None:
         walk = Walk()
         walk.value(function)
         walk.follow_modules()

@@ -80,7 +80,7 @@ class Linked(JITCodeLibrary):
         self._make()
         return bool(super().has_dynamic_globals)
 
-    def _get_compiled_object(self) -> Any:
+    def _get_compiled_object(self):
         self._make()
         return super()._get_compiled_object()
 
@@ -96,7 +96,7 @@ def linked() -> Iterator[None]:
     with global_compiler_lock:
         plain, set_env = codegen._library_class, codegen.set_env
 
-        def set_later(name: str, environment: Any) -> None:
+        def set_later(name: str, environment) -> None:
             """Tell a function where its constants are, once it has an address."""
             Linked.environments[name] = environment
             if codegen._engine.is_symbol_defined(name):

@@ -112,7 +112,7 @@ class Functions:
 
 
 @functools.cache
-def _of(signature: Signature, number_type: NumberType) -> Any:
+def _of(signature: Signature, number_type: NumberType):
     from numba.core import types
 
     with warnings.catch_warnings():

@@ -17,7 +17,6 @@ handed out with them (`adaptive_memory`). Scalar numbers only: lanes would each 
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.blocks import REST, part, section, sections
@@ -81,9 +80,7 @@ def adaptive_work(n: int, derivative_rows: int, attempt: int) -> Work:
 
 def _step(attempt: Recorded) -> Recorded:
     @helper
-    def step(
-        functions: Any, params: Any, coefficients: Any, memory: Any, work: Any, rows: int
-    ) -> tuple[int, int, float]:
+    def step(functions, params, coefficients, memory, work, rows: int) -> tuple[int, int, float]:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
         given = sections(coefficients, adaptive_coefficients(n, REST))
@@ -156,8 +153,8 @@ def adaptive_stepper(attempt: Recorded) -> Recorded:
     step = _step(attempt)
 
     def advance(
-        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
-        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
+        functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
+        first: int, count: int, every: int, out, ranks,
     ) -> tuple[int, int, int, float]:  # fmt: skip
         """Take up to `count` steps, none beyond the end; write every `every`-th state and the end's.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, inlined
 from ..numbers.arithmetic import like, maximum, top
@@ -55,9 +54,7 @@ def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratc
 
 
 @inlined
-def combine_generators(
-    table: Any, at: int, stages: int, xi: Any, algebra_rows: int, h: float, v: Any
-) -> None:
+def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h: float, v) -> None:
     """Write ``v = h Σ_j table[at + j] ξ_j``."""
     for r in range(algebra_rows):
         total = 0.0 * v[r]
@@ -83,15 +80,7 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
 
     @inlined
     def commutator_free(
-        generator: Any,
-        maps: Any,
-        params: Any,
-        coefficients: Any,
-        substep: int,
-        memory: Any,
-        work: Any,
-        t: float,
-        h: float,
+        generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
     ) -> tuple[int, int, float]:
         """Build the stages and the update as moves: the differences of their values from the state.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import helper, inlined
 
@@ -19,7 +18,7 @@ def compensated_state(rows: int) -> State:
 
 
 @helper
-def add_compensated(state: Any, carry: Any, row: int, increment: Any) -> None:
+def add_compensated(state, carry, row: int, increment) -> None:
     """Add `increment` to ``state[row] + carry[row]``, an unevaluated sum (Knuth's TwoSum).
 
     The rounded sum goes to `state`, the rest to `carry`; both are blocks of any kind.

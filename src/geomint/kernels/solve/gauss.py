@@ -84,7 +84,7 @@ def gauss_work(rows: int, groups: int, scratch: int) -> Work:
 
 
 @inlined
-def eight_columns(columns: Any, source: int, target: int, groups: int) -> Any:
+def eight_columns(columns, source: int, target: int, groups: int) -> Any:
     """Return the columns that take the stages of group `source` to those of group `target`."""
     at = 8 * source * groups + target
     return (
@@ -100,7 +100,7 @@ def eight_columns(columns: Any, source: int, target: int, groups: int) -> Any:
 
 
 @inlined
-def combine(m: Any, L: Any, start: Any) -> Any:
+def combine(m, L, start) -> Any:
     """Return ``start + Σ_j m[j] L_j`` over the lanes of L.
 
     Four partial sums: latency, not the number of operations, is the cost (measured 1.15×).
@@ -117,9 +117,7 @@ def combine(m: Any, L: Any, start: Any) -> Any:
 
 
 @inlined
-def stage_sums(
-    m: Any, columns: Any, stages: Any, y: Any, carry: Any, Y: Any, groups: int, rows: int
-) -> None:
+def stage_sums(m, columns, stages, y, carry, Y, groups: int, rows: int) -> None:
     """Write ``Y_i = y + (carry + Σ_j columns_ij L_j)`` for all stages.
 
     `m` are the columns of one group, held in registers by the caller (measured: 2 ns of 30).
@@ -139,7 +137,7 @@ def stage_sums(
 
 
 @inlined
-def increment(stages: Any, row: int, groups: int, rows: int) -> float:
+def increment(stages, row: int, groups: int, rows: int) -> float:
     """Return ``Σ_j L_j``, the stages added pairwise from the ends."""
     front = stages[row]
     back = stages[(groups - 1) * rows + row]
@@ -193,8 +191,8 @@ inverse_scales = scales_by(magnitude)
 
 @inlined
 def gauss_step(
-    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any, t: float,
-    h: float, groups: int, rows: int,
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
+    rows: int,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Solve for the stages by fixed-point iteration and add the update.
 

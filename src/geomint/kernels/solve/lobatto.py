@@ -110,23 +110,14 @@ def lobatto_work(n: int, m: int, scratch: int) -> Work:
 
 
 @inlined
-def lane_rows(block: Any, rows: int) -> Any:
+def lane_rows(block, rows: int) -> Any:
     """Return a block of single numbers as so many lane values."""
     return as_lanes(block, 0, rows)
 
 
 @inlined
 def lobatto_step(
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    substep: int,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-    n: int,
-    m: int,
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float, n: int, m: int
 ) -> tuple[int, int, float]:
     """Solve for the stages by fixed-point iteration; inside each a Newton step for all multipliers.
 
@@ -228,17 +219,7 @@ def lobatto_step(
 
 @helper
 def finish(
-    functions: Any,
-    params: Any,
-    kept: Memory,
-    own: Work,
-    lanes: Any,
-    times: Any,
-    weights: Any,
-    final: Any,
-    end: Any,
-    n: int,
-    m: int,
+    functions, params, kept: Memory, own: Work, lanes, times, weights, final, end, n: int, m: int
 ) -> float:
     """Add the update of solved stages, with the multiplier of the last; where it is found, in memory.
 

@@ -8,7 +8,6 @@ take one motion after the other here, as compiled code too, so that threads shar
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR, NumberType
@@ -31,11 +30,11 @@ def members_loop(width: int) -> Recorded:
     """Return the loop over members, `width` of them at once."""
 
     @inlined
-    def singles(block: Any) -> Any:
+    def singles(block):
         return as_singles(block) if width > 1 else block
 
     @helper
-    def load(values: Any, first: int, here: int, rows: int, own: Any) -> None:
+    def load(values, first: int, here: int, rows: int, own) -> None:
         """Write rows of members into lanes; lanes that have none repeat the last member."""
         for lane in range(width):
             at = (first + min(lane, here - 1)) * rows
@@ -43,15 +42,14 @@ def members_loop(width: int) -> Recorded:
                 own[width * r + lane] = values[at + r]
 
     @helper
-    def store(own: Any, lane: int, values: Any, at: int, rows: int) -> None:
+    def store(own, lane: int, values, at: int, rows: int) -> None:
         for r in range(rows):
             values[at + r] = own[width * r + lane]
 
     @helper
     def members(
-        advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-        work: Any, times: Any, moved: Any, starts: Any, lengths: Any, counts: Any, rests: Any,
-        states: Any, saved: Any, found: Any, stop: Any, carries: Any, rows: int, every: int,
+        advance, functions, params, coefficients, fractions, memory, work, times, moved, starts,
+        lengths, counts, rests, states, saved, found, stop, carries, rows: int, every: int,
         saves: int,
     ) -> None:  # fmt: skip
         """Move members to their ends.

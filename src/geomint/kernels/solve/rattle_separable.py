@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
@@ -51,25 +50,14 @@ def separable_rattle_work(n: int, m: int, scratch: int) -> Work:
 
 
 @helper
-def slopes(
-    gradients: Any,
-    params: Any,
-    t: Any,
-    q: Any,
-    G: Any,
-    dq: Any,
-    response: Any,
-    work: Any,
-    n: int,
-    m: int,
-) -> None:
+def slopes(gradients, params, t, q, G, dq, response, work, n: int, m: int) -> None:
     """Write ∂V/∂q to `dq` and ``G M⁻¹`` to `response`: ∂H/∂p is linear, its argument a row of G."""
     for a in range(m):
         gradients(params, t, q, part(G, a * n, n), dq, part(response, a * n, n), work)
 
 
 @helper
-def displace(q: Any, carry: Any, step: Any, lam: Any, own: Work, n: int, m: int) -> None:
+def displace(q, carry, step, lam, own: Work, n: int, m: int) -> None:
     """Write the `increment` ``free − h²/2 M⁻¹G(q)ᵀλ``, the new q rounded (`Q`), and what that loses.
 
     Multiplied by h/2 and h as the momentum is: the rounding of h²/2, the same in every step, made the
@@ -87,16 +75,7 @@ def displace(q: Any, carry: Any, step: Any, lam: Any, own: Work, n: int, m: int)
 
 @helper
 def project_on_manifold(
-    constraint: Any,
-    params: Any,
-    given: Coefficients,
-    q: Any,
-    carry: Any,
-    step: Any,
-    lam: Any,
-    own: Work,
-    n: int,
-    m: int,
+    constraint, params, given: Coefficients, q, carry, step, lam, own: Work, n: int, m: int
 ) -> tuple[int, int, float]:
     """Find λ with ``g(q + free − h²/2 M⁻¹G(q)ᵀλ) = 0`` by Newton's method, started from `lam`.
 
@@ -143,15 +122,7 @@ def project_on_manifold(
 
 @inlined
 def separable_rattle_step(
-    functions: Any,
-    params: Any,
-    given: Coefficients,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-    n: int,
-    m: int,
+    functions, params, given: Coefficients, memory, work, t: float, h: float, n: int, m: int
 ) -> tuple[int, int, float]:
     """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.27).
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 from ..compiling.recorded import Recorded, inlined
 from ..numbers.blocks import REST, part, sections
@@ -24,16 +23,16 @@ def adaptive_rkmk_stepper(
 
     @inlined
     def rkmk(
-        generator: Any,
-        maps: Any,
-        params: Any,
-        numbers: Any,
+        generator,
+        maps,
+        params,
+        numbers,
         reuse: int,
-        y: Any,
-        carry: Any,
-        first: Any,
+        y,
+        carry,
+        first,
         known: int,
-        work: Any,
+        work,
         t: float,
         h: float,
     ) -> tuple[int, float]:

@@ -37,7 +37,7 @@ def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def table_of(coefficients: Any) -> Any:
+def table_of(coefficients) -> Any:
     """Return the parts of coefficients by name."""
     stages = int(section(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
     return sections(coefficients, runge_kutta_coefficients(stages, REST))
@@ -50,7 +50,7 @@ def runge_kutta_work(rows: int, stages: int, field_work: int) -> Work:
 
 
 @inlined
-def combine(weights: Any, k: Any, h: float, zero: Any, out: Any, rows: int) -> None:
+def combine(weights, k, h: float, zero, out, rows: int) -> None:
     """Write ``h Σ_j weights[j] k_j``; `k` holds the vectors of `rows` one after the other.
 
     `zero` is the number 0 of the right kind.
@@ -64,7 +64,7 @@ def combine(weights: Any, k: Any, h: float, zero: Any, out: Any, rows: int) -> N
 
 
 @inlined
-def largest(block: Any, rows: int) -> Any:
+def largest(block, rows: int) -> Any:
     """Return the largest absolute value in any row and lane; NaN if there is one."""
     worst = abs(block[0])
     for r in range(1, rows):
@@ -74,9 +74,8 @@ def largest(block: Any, rows: int) -> Any:
 
 @inlined
 def runge_kutta_stages(
-    field: Any, params: Any, table: Any, y: Any, carry: Any, own: Work, t: float, h: float,
-    known: int, rows: int,
-) -> None:  # fmt: skip
+    field, params, table, y, carry, own: Work, t: float, h: float, known: int, rows: int
+) -> None:
     """Write ``k_i = f(t + c_i h, y + h Σ_j a_ij k_j)``; the first `known` of them are there already.
 
     y and its carry are an unevaluated sum; `table` and `own` are the parts of coefficients and scratch.
@@ -100,14 +99,7 @@ def runge_kutta_stepper(rows: int) -> Recorded:
 
     @helper
     def runge_kutta_step(
-        functions: Any,
-        params: Any,
-        coefficients: Any,
-        substep: int,
-        memory: Any,
-        work: Any,
-        t: float,
-        h: float,
+        functions, params, coefficients, substep: int, memory, work, t: float, h: float
     ) -> tuple[int, int, float]:
         """Add ``h Σ b_i k_i`` to the compensated state."""
         table = table_of(coefficients)
@@ -132,15 +124,15 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
 
     @helper
     def runge_kutta_attempt(
-        functions: Any,
-        params: Any,
-        numbers: Any,
+        functions,
+        params,
+        numbers,
         reuse: int,
-        y: Any,
-        carry: Any,
-        first: Any,
+        y,
+        carry,
+        first,
         known: int,
-        work: Any,
+        work,
         t: float,
         h: float,
     ) -> tuple[int, float]:

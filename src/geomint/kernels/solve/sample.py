@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR
@@ -37,8 +36,8 @@ def sampler() -> Bound:
     kind = kind_of(FIELD.of(SCALAR))
 
     def sample(
-        values: Any, functions: int, params: Any, times: Any, states: Any, stride: int, rows: int,
-        count: int, work: Any, out: Any, width: int,
+        values, functions: int, params, times, states, stride: int, rows: int, count: int, work,
+        out, width: int,
     ) -> None:  # fmt: skip
         """Write `width` numbers of each function for `count` states, `stride` rows apart."""
         for k in range(functions):

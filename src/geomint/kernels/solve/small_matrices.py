@@ -11,7 +11,7 @@ __all__ = ["across", "along", "contract", "largest", "solve_small"]
 
 
 @helper
-def solve_small(m: int, matrix: Any, right: Any) -> None:
+def solve_small(m: int, matrix, right) -> None:
     """Solve an m×m system in place, by elimination without exchanges.
 
     The matrices are G H_pp Gᵀ: definite wherever the kinetic energy is definite on the normals.
@@ -31,7 +31,7 @@ def solve_small(m: int, matrix: Any, right: Any) -> None:
 
 
 @helper
-def contract(n: int, rows: int, left: Any, right: Any, out: Any) -> None:
+def contract(n: int, rows: int, left, right, out) -> None:
     """Write ``left rightᵀ`` of two matrices of `rows` rows and n columns."""
     for a in range(rows):
         for b in range(rows):
@@ -42,7 +42,7 @@ def contract(n: int, rows: int, left: Any, right: Any, out: Any) -> None:
 
 
 @helper
-def largest(count: int, numbers: Any) -> Any:
+def largest(count: int, numbers) -> Any:
     """Return the largest size of so many numbers; where one is not finite, it is not either."""
     found = 0.0 * numbers[0]
     for i in range(count):
@@ -51,7 +51,7 @@ def largest(count: int, numbers: Any) -> Any:
 
 
 @helper
-def along(n: int, m: int, i: int, rows: Any, weights: Any) -> Any:
+def along(n: int, m: int, i: int, rows, weights) -> Any:
     """Return component i of ``rowsᵀ weights``."""
     total = rows[i] * weights[0]
     for a in range(1, m):
@@ -60,7 +60,7 @@ def along(n: int, m: int, i: int, rows: Any, weights: Any) -> Any:
 
 
 @helper
-def across(n: int, a: int, rows: Any, vector: Any) -> Any:
+def across(n: int, a: int, rows, vector) -> Any:
     """Return component a of ``rows vector``."""
     total = rows[a * n] * vector[0]
     for i in range(1, n):

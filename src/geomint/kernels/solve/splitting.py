@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
@@ -36,9 +35,8 @@ def splitting_work(rows: int, scratch: int) -> Work:
 
 @helper
 def splitting_step(
-    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any, t: float,
-    h: float,
-) -> tuple[int, int, float]:  # fmt: skip
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float
+) -> tuple[int, int, float]:
     """Compose ``φ_0(h/2) … φ_(m−2)(h/2) φ_(m−1)(h) φ_(m−2)(h/2) … φ_0(h/2)``.
 
     All flows get the middle of the step as their time. Of a composition the half flows of part 0 at

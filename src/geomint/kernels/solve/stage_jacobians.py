@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 from ..compiling.recorded import Recorded, inlined
 from ..numbers.arithmetic import like
@@ -33,7 +32,7 @@ def jacobians_of(field: Recorded) -> Recorded:
     `out` gets ∂f_i/∂y_j in row ``i n + j``, where `y` has n rows.
     """
 
-    def jacobians(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def jacobians(params, t, y, out, work) -> None:
         n, each = len(y), 1 + DIRECTIONS
         numbers = as_tangents(work, DIRECTIONS)
         own, found = part(numbers, 0, n), part(numbers, n, n)

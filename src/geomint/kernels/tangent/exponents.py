@@ -8,8 +8,6 @@ Meccanica 15 (1980) 9).
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
@@ -29,10 +27,9 @@ __all__ = ["growth_sweep"]
 
 @helper
 def growth(
-    kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
-    layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
-    conditions_plain: Any, t0: float, h: float, first: int, times: int, steps: int, sums: Any,
-    carries: Any, second: Any,
+    kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
+    plain, scratch, conditions, conditions_plain, t0: float, h: float, first: int, times: int,
+    steps: int, sums, carries, second,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Add to `sums` the logarithms by which directions grow, with `carries` of the sums.
 

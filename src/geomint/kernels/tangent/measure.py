@@ -19,8 +19,6 @@ All is done in units of the pieces of the state. For a step that leaves the mani
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
@@ -44,10 +42,7 @@ SYSTEMATIC, OFF = EPSILON / 2.0, EPSILON / 128.0
 
 
 @helper
-def log_density_at(
-    density: Any, manifold: Any, params: Any, t: float, y: Any, s: Any, kept: Any, work: Any,
-    numbers: Any, plain: Any,
-) -> float:  # fmt: skip
+def log_density_at(density, manifold, params, t: float, y, s, kept, work, numbers, plain) -> float:
     """Write the normals at y; return ``log μ − ½ log det(C Cᵀ)``."""
     volume = write_normals(manifold, params, t, y, s, kept, work, numbers, plain)
     return density(params, t, part(y, 0, s.n), work.scratch) - volume
@@ -55,9 +50,8 @@ def log_density_at(
 
 @helper
 def measure(
-    kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
-    layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
-    conditions_plain: Any, density: Any, starts: Any, lengths: Any, states: Any, out: Any,
+    kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
+    plain, scratch, conditions, conditions_plain, density, starts, lengths, states, out,
 ) -> None:  # fmt: skip
     """Write the sum of the defects after each of the steps that lead to `states`.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.signatures import BLOCK, MEMORY, Functions, Kind, OfType, Signature, takes
@@ -20,7 +18,7 @@ def sweep_signature(
     functions: tuple[Bound, ...],
     manifold: Bound,
     numbers: NumberType,
-    **own: Any,
+    **own,
 ) -> Signature:
     """Return the signature of a sweep: what carries directions along, then its own arguments.
 
