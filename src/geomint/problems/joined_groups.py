@@ -21,7 +21,7 @@ Joined = namedtuple("Joined", "numbers algebra_rows rows first second")
 @inlined
 def joined_layout(numbers: int) -> Joined:
     """Return the layout of a product's layout."""
-    return Joined(numbers=1, algebra_rows=1, rows=1, first=numbers, second=REST)
+    return Joined(1, 1, 1, numbers, REST)
 
 
 @inlined

@@ -41,17 +41,7 @@ LEAST_FORMER = 1e-4  # an error much below the tolerance shall not weigh on the 
 @inlined
 def adaptive_coefficients(n: int, numbers: int) -> Coefficients:
     """Return the layout of coefficients: the piece of each of n rows, the numbers of the method."""
-    return Coefficients(
-        rtol=1,
-        atol=1,
-        max_step=1,
-        end=1,
-        order=1,
-        estimates=1,
-        reuse=1,
-        pieces=n,
-        numbers=numbers,
-    )
+    return Coefficients(1, 1, 1, 1, 1, 1, 1, n, numbers)
 
 
 @inlined
@@ -60,22 +50,13 @@ def adaptive_memory(rows: int, derivative_rows: int) -> Memory:
 
     Steps that the end of the run cuts short do not count as smallest or largest.
     """
-    return Memory(
-        states=rows,
-        carries=rows,
-        next=1,
-        former=1,
-        smallest=1,
-        largest=1,
-        known=1,
-        first=derivative_rows,
-    )
+    return Memory(rows, rows, 1, 1, 1, 1, 1, derivative_rows)
 
 
 @inlined
 def adaptive_work(n: int, derivative_rows: int, attempt: int) -> Work:
     """Return the layout of scratch: what an attempt tells, and its own."""
-    return Work(increment=n, errors=2 * n, last=derivative_rows, attempt=attempt)
+    return Work(n, 2 * n, derivative_rows, attempt)
 
 
 def _step(attempt: Recorded) -> Recorded:

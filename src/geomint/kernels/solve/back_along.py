@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, FIELD, REAL, WHOLE, takes
+from ..compiling.signatures import FIELD, of_header
 from ..numbers.blocks import part
 from .small_matrices import largest
 from .stage_matrices import factor_whole, padded, solve_whole
@@ -96,21 +96,4 @@ def back_along(
                 own[c] = own[c] + off[c]
 
 
-_BACK_ALONG = takes(
-    values=FIELD,
-    params=BLOCK,
-    wanted=BLOCK,
-    sizes=BLOCK,
-    rows=WHOLE,
-    conditions=WHOLE,
-    count=WHOLE,
-    on=REAL,
-    ahead=BLOCK,
-    ways=BLOCK,
-    work=BLOCK,
-    scratch=BLOCK,
-    matrix=BLOCK,
-    a=BLOCK,
-    found=BLOCK,
-)
-BACK_ALONG = Bound(back_along, _BACK_ALONG)
+BACK_ALONG = Bound(back_along, of_header(back_along, values=FIELD))

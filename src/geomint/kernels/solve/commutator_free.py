@@ -27,30 +27,13 @@ def commutator_free_coefficients(layout_rows: int, stages: int, flows: int) -> C
     A flow is for each stage, and for the update: its start (the stage whose value it starts from; −1:
     y), its number of exponentials, and the coefficients of each. Sizes lie where they do in any.
     """
-    return Coefficients(
-        rows=1,
-        algebra_rows=1,
-        stages=1,
-        layout_rows=1,
-        field_work=1,
-        layout=layout_rows,
-        c=stages,
-        flows=flows,
-    )
+    return Coefficients(1, 1, 1, 1, 1, layout_rows, stages, flows)
 
 
 @inlined
 def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> Work:
     """Return the layout of scratch: generators, moves of stages and update, exponent, value, move."""
-    return Work(
-        xi=stages * m,
-        moves=(stages + 1) * rows,
-        v=m,
-        Y=rows,
-        step=rows,
-        field_scratch=field_work,
-        scratch=scratch,
-    )
+    return Work(stages * m, (stages + 1) * rows, m, rows, rows, field_work, scratch)
 
 
 @inlined

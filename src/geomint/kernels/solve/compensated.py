@@ -14,7 +14,7 @@ State = namedtuple("State", "y carry")
 @inlined
 def compensated_state(rows: int) -> State:
     """Return the layout of a memory that is a state and the carries of its sums."""
-    return State(y=rows, carry=rows)
+    return State(rows, rows)
 
 
 @helper

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, VALUE, WHOLE, Kind, of_stepper
+from ..compiling.signatures import VALUE, of_stepper
 from ..numbers.blocks import part
 from .orbit import (
     INSIDE_STEP,
@@ -26,7 +26,7 @@ from .orbit import (
     root,
     values_inside,
 )
-from .partial import BEGUN
+from .partial import WRITE
 from .sign_changes import (
     FIVE,
     NODES,
@@ -295,25 +295,4 @@ def find(
     return OK, len(times) - 1, found, 0.0
 
 
-_FIND: dict[str, Kind] = {
-    **{name: kind for name, kind in BEGUN.items() if name != "span"},
-    "inside": INSIDE_STEP,
-    "places": BLOCK,
-    "known": BLOCK,
-    "event": VALUE,
-    "component": WHOLE,
-    "y": BLOCK,
-    "free": BLOCK,
-    "direction": WHOLE,
-    "states": BLOCK,
-    "times": BLOCK,
-    "memories": BLOCK,
-    "before": BLOCK,
-    "first": WHOLE,
-    "signs": BLOCK,
-    "scratch": BLOCK,
-    "note": BLOCK,
-    "room": WHOLE,
-    "out": BLOCK,
-}
-EVENTS = Bound(find, of_stepper(**_FIND))
+EVENTS = Bound(find, of_stepper(find, write=WRITE, inside=INSIDE_STEP, event=VALUE))

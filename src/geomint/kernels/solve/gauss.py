@@ -57,30 +57,21 @@ def gauss_coefficients(rows: int, groups: int, substeps: int) -> Coefficients:
     """
     lanes = 8 * groups
     return Coefficients(
-        rows=1,
-        cap=1,
-        patience=1,
-        tolerance=1,
-        pieces=rows,
-        padding=padding(4 + rows),
-        c=lanes,
-        b=lanes,
-        mu=lanes * lanes,
-        predictors=substeps * lanes * lanes,
+        1, 1, 1, 1, rows, padding(4 + rows), lanes, lanes, lanes * lanes, substeps * lanes * lanes
     )
 
 
 @inlined
 def gauss_memory(rows: int, groups: int) -> Memory:
     """Return the layout of memory: state, carry, and in lanes the stage increments of the last step."""
-    return Memory(y=rows, carry=rows, padding=padding(2 * rows), stages=8 * groups * rows)
+    return Memory(rows, rows, padding(2 * rows), 8 * groups * rows)
 
 
 @inlined
 def gauss_work(rows: int, groups: int, scratch: int) -> Work:
     """Return the layout of scratch: in lanes stages, their derivatives, the field's own."""
     size = 8 * groups * rows
-    return Work(Y=size, F=size, scales=rows, padding=padding(rows), scratch=scratch)
+    return Work(size, size, rows, padding(rows), scratch)
 
 
 @inlined

@@ -79,34 +79,13 @@ def lobatto_coefficients(substeps: int) -> Coefficients:
 def lobatto_memory(n: int, m: int, clock: int) -> Memory:
     """Return the layout of memory: state (q, p), clock, the carries of all; K, L and λ in lanes."""
     rows = 2 * n + clock
-    return Memory(
-        state=2 * n,
-        clock=clock,
-        carry=rows,
-        padding=padding(2 * rows),
-        K=8 * n,
-        L=8 * n,
-        lam=8 * m,
-    )
+    return Memory(2 * n, clock, rows, padding(2 * rows), 8 * n, 8 * n, 8 * m)
 
 
 @inlined
 def lobatto_work(n: int, m: int, scratch: int) -> Work:
     """Return the layout of scratch, in lane values; the names are those of `rattle_work`."""
-    return Work(
-        Q=n,
-        P=n,
-        dp0=n,
-        dp1=n,
-        trial=n,
-        pushes=n,
-        three=3 * n,
-        G1=m * n,
-        response=m * n,
-        matrix=m * m,
-        g=m,
-        scratch=scratch,
-    )
+    return Work(n, n, n, n, n, n, 3 * n, m * n, m * n, m * m, m, scratch)
 
 
 @inlined

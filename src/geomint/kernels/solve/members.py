@@ -12,7 +12,7 @@ import functools
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR, NumberType
 from ..compiling.recorded import Recorded, helper, inlined
-from ..compiling.signatures import BLOCK, MEMORY, PARAMS, WHOLE, Functions, OfType, Signature, takes
+from ..compiling.signatures import MEMORY, PARAMS, Functions, OfType, of_header
 from ..numbers.blocks import as_singles, part
 from ..numbers.lanes import LANES
 from .status import OK
@@ -21,8 +21,6 @@ __all__ = ["ENDED", "OPEN", "members_sweep"]
 
 OPEN, ENDED, FAILED = 0.0, 1.0, 2.0  # what is known of a member
 AT_ONCE = 4096  # steps between which Ctrl-C is seen
-
-_SINGLES = ("starts", "lengths", "counts", "rests", "states", "saved", "found", "stop", "carries")
 
 
 @functools.cache
@@ -143,20 +141,12 @@ def members_loop(width: int) -> Recorded:
 
 def members_sweep(kernel: Bound, functions: tuple[Bound, ...], numbers: NumberType) -> Bound:
     """Return the loop for a stepper's loop and the functions that it takes, in such numbers."""
-    lanes = numbers is not SCALAR
-    own = OfType(MEMORY, numbers)
-    taken: Signature = takes(
-        None,
+    loop = members_loop(1 if numbers is SCALAR else LANES)
+    taken = of_header(
+        loop,
         advance=kernel.signature,
         functions=Functions(tuple(f.signature for f in functions)),
         params=OfType(PARAMS, numbers),
-        coefficients=BLOCK,
-        fractions=BLOCK,
-        memory=own,
-        work=own,
-        times=own,
-        moved=BLOCK,
-        **dict.fromkeys(_SINGLES, BLOCK),
-        **dict.fromkeys(("rows", "every", "saves"), WHOLE),
+        **dict.fromkeys(("memory", "work", "times"), OfType(MEMORY, numbers)),
     )
-    return Bound(members_loop(LANES if lanes else 1), taken)
+    return Bound(loop, taken)

@@ -9,7 +9,7 @@ from collections import namedtuple
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, WHOLE, takes
+from ..compiling.signatures import of_header
 from ..numbers.arithmetic import top
 from ..numbers.blocks import as_lanes, part
 from .partial import one_step, whole_step
@@ -48,11 +48,6 @@ Orbit = namedtuple(
     "Orbit",
     "advance functions params coefficients fractions memory work rows write table whole begun "
     "inside places known event component y free states times memories before note nine",
-)
-
-
-INSIDE_STEP = takes(
-    memory=BLOCK, before=BLOCK, places=BLOCK, rows=WHOLE, first=WHOLE, count=WHOLE, out=BLOCK
 )
 
 
@@ -273,6 +268,9 @@ def root(orbit, node: int, a: float, b: float, f, rising: bool, rounding: float)
 @helper
 def nothing(memory, before, places, rows: int, first: int, count: int, out) -> None:
     """Write nothing: where nothing is remembered of a step."""
+
+
+INSIDE_STEP = of_header(nothing)
 
 
 def bound_inside(inside=nothing) -> Bound:

@@ -10,15 +10,14 @@ from __future__ import annotations
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper, inlined
-from ..compiling.signatures import BLOCK, GIVEN, MEMORY, REAL, VALUE, WHOLE, Kind, of_stepper, takes
+from ..compiling.signatures import VALUE, of_header, of_stepper
 from ..numbers.blocks import part
 from .status import OK
 
 __all__ = [
-    "BEGUN",
     "PARTIAL",
-    "POLYNOMIAL",
     "TO_CLOCK",
+    "WRITE",
     "bound_polynomial",
     "bound_write",
     "one_step",
@@ -252,39 +251,17 @@ def to_clock(
     return OK, count, 0, 0.0
 
 
-_WRITE = takes(coefficients=GIVEN, table=BLOCK, theta=REAL)
-POLYNOMIAL = takes(memory=MEMORY, table=BLOCK, rows=WHOLE, out=BLOCK)
-BEGUN: dict[str, Kind] = {
-    "write": _WRITE,
-    "table": BLOCK,
-    "whole": BLOCK,
-    "begun": BLOCK,
-    "span": REAL,
-}
-_NODES: dict[str, Kind] = {"states": BLOCK, "times": BLOCK, "nodes": BLOCK}
-_PARTIAL: dict[str, Kind] = {**BEGUN, **_NODES, "lengths": BLOCK, "count": WHOLE, "out": BLOCK}
-_TO_CLOCK: dict[str, Kind] = {
-    **BEGUN,
-    "polynomial": POLYNOMIAL,
-    "powers": BLOCK,
-    "rate": VALUE,
-    **_NODES,
-    "wanted": BLOCK,
-    "roundings": BLOCK,
-    "count": WHOLE,
-    "scratch": BLOCK,
-    "lengths": BLOCK,
-    "out": BLOCK,
-}
-PARTIAL = Bound(partial, of_stepper(**_PARTIAL))
-TO_CLOCK = Bound(to_clock, of_stepper(**_TO_CLOCK))
+WRITE = of_header(cold)
+_POLYNOMIAL = of_header(none)
+PARTIAL = Bound(partial, of_stepper(partial, write=WRITE))
+TO_CLOCK = Bound(to_clock, of_stepper(to_clock, write=WRITE, polynomial=_POLYNOMIAL, rate=VALUE))
 
 
 def bound_write(write=cold) -> Bound:
     """Return a function that changes coefficients, with its signature."""
-    return Bound(write, _WRITE)
+    return Bound(write, WRITE)
 
 
 def bound_polynomial(polynomial=none) -> Bound:
     """Return a function that writes a polynomial, with its signature."""
-    return Bound(polynomial, POLYNOMIAL)
+    return Bound(polynomial, _POLYNOMIAL)

@@ -45,29 +45,13 @@ def rattle_memory(n: int, m: int, clock: int) -> Memory:
 
     That are the last increments of q and of the half step of p, multipliers, and the last h.
     """
-    return Memory(
-        state=2 * n, clock=clock, carry=2 * n + clock, last_q=n, last_p=n, lam=m, last_h=1
-    )
+    return Memory(2 * n, clock, 2 * n + clock, n, n, m, 1)
 
 
 @inlined
 def rattle_work(n: int, m: int, scratch: int) -> Work:
     """Return the layout of scratch: vectors, Jacobians, the small system, the functions' own."""
-    return Work(
-        P=n,
-        Q=n,
-        dq0=n,
-        dp0=n,
-        dq1=n,
-        dp1=n,
-        three=3 * n,
-        G0=m * n,
-        G1=m * n,
-        response=m * n,
-        matrix=m * m,
-        g=m,
-        scratch=scratch,
-    )
+    return Work(n, n, n, n, n, n, 3 * n, m * n, m * n, m * n, m * m, m, scratch)
 
 
 @helper

@@ -26,27 +26,13 @@ Work = namedtuple("Work", "kick free increment Q rest force unused G0 G1 respons
 @inlined
 def separable_rattle_memory(n: int, m: int, clock: int) -> Memory:
     """Return the layout of memory: state (q, p), clock, the carries of all, multipliers."""
-    return Memory(state=2 * n, clock=clock, carry=2 * n + clock, lam=m)
+    return Memory(2 * n, clock, 2 * n + clock, m)
 
 
 @inlined
 def separable_rattle_work(n: int, m: int, scratch: int) -> Work:
     """Return the layout of scratch: vectors, Jacobians, G M⁻¹, the small system, the functions'."""
-    return Work(
-        kick=n,
-        free=n,
-        increment=n,
-        Q=n,
-        rest=n,
-        force=n,
-        unused=n,
-        G0=m * n,
-        G1=m * n,
-        response=m * n,
-        matrix=m * m,
-        g=m,
-        scratch=scratch,
-    )
+    return Work(n, n, n, n, n, n, n, m * n, m * n, m * n, m * m, m, scratch)
 
 
 @helper

@@ -36,18 +36,7 @@ Work = namedtuple("Work", "u xi increment Y k field_scratch scratch")
 @inlined
 def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
     """Return the layout of coefficients: sizes, the group's own `layout`, the tableau; A is full."""
-    return Coefficients(
-        rows=1,
-        algebra_rows=1,
-        stages=1,
-        layout_rows=1,
-        field_work=1,
-        layout=layout_rows,
-        A=s * s,
-        b=s,
-        c=s,
-        errors=errors,
-    )
+    return Coefficients(1, 1, 1, 1, 1, layout_rows, s * s, s, s, errors)
 
 
 @inlined
@@ -62,9 +51,7 @@ def table_of(coefficients) -> Any:
 @inlined
 def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> Work:
     """Return the layout of scratch: exponent, ξ, increment, stage, derivatives, the functions' own."""
-    return Work(
-        u=m, xi=m, increment=rows, Y=rows, k=stages * m, field_scratch=field_work, scratch=scratch
-    )
+    return Work(m, m, rows, rows, stages * m, field_work, scratch)
 
 
 @inlined
@@ -76,7 +63,7 @@ def parts_of(work, table, rows: int, m: int) -> Any:
 @inlined
 def dexpinv_work(rows: int, scratch: int) -> Series:
     """Return the layout of scratch of a series: two elements of the algebra, the bracket's own."""
-    return Series(a=rows, b=rows, scratch=scratch)
+    return Series(rows, rows, scratch)
 
 
 @functools.cache

@@ -33,7 +33,7 @@ HUGE = 1e300  # what is not less counts as not finite
 @inlined
 def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
     """Return the layout of coefficients: A is full. Where `stages` lies depends on nothing."""
-    return Coefficients(rows=1, stages=1, A=s * s, b=s, c=s, errors=errors)
+    return Coefficients(1, 1, s * s, s, s, errors)
 
 
 @inlined
@@ -46,7 +46,7 @@ def table_of(coefficients) -> Any:
 @inlined
 def runge_kutta_work(rows: int, stages: int, field_work: int) -> Work:
     """Return the layout of scratch: stage derivatives, one stage, the field's own."""
-    return Work(k=stages * rows, Y=rows, scratch=field_work)
+    return Work(stages * rows, rows, field_work)
 
 
 @inlined

@@ -7,25 +7,11 @@ import functools
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR
 from ..compiling.recorded import helper
-from ..compiling.signatures import ADDRESSES, BLOCK, FIELD, WHOLE, takes
+from ..compiling.signatures import ADDRESSES, FIELD, of_header
 from ..numbers.addresses import function_at
 from ..numbers.blocks import part
 
 __all__ = ["sampler"]
-
-_SAMPLE = takes(
-    values=ADDRESSES,
-    functions=WHOLE,
-    params=BLOCK,
-    times=BLOCK,
-    states=BLOCK,
-    stride=WHOLE,
-    rows=WHOLE,
-    count=WHOLE,
-    work=BLOCK,
-    out=BLOCK,
-    width=WHOLE,
-)
 
 
 @functools.cache
@@ -46,4 +32,5 @@ def sampler() -> Bound:
                 y, row = part(states, i * stride, rows), part(out, (k * count + i) * width, width)
                 f(params, times[i], y, row, work)
 
-    return Bound(helper(sample), _SAMPLE)
+    recorded = helper(sample)
+    return Bound(recorded, of_header(recorded, values=ADDRESSES))

@@ -24,13 +24,13 @@ SPLITTING = Coefficients(1, 1, 1, 1, 1)  # the layout of coefficients
 @inlined
 def splitting_memory(rows: int, clock: int) -> Memory:
     """Return the layout of memory: state and clock, the carries of both."""
-    return Memory(y=rows, clock=clock, carry=rows, clock_carry=clock)
+    return Memory(rows, clock, rows, clock)
 
 
 @inlined
 def splitting_work(rows: int, scratch: int) -> Work:
     """Return the layout of scratch: one increment, half a flow that is owed, the flows' own."""
-    return Work(increment=rows, owed=1, scratch=scratch)
+    return Work(rows, 1, scratch)
 
 
 @helper

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, MEMORY, REAL, WHOLE, Kind, of_stepper, takes
+from ..compiling.signatures import of_header, of_stepper
 from ..numbers.blocks import part
 from .status import OK
 
@@ -84,8 +84,5 @@ def trial(
     return OK, 2, first, 0.0
 
 
-_BLOCKS: dict[str, Kind] = dict.fromkeys(("y0", "ends", "sizes", "errors"), BLOCK)
-_PARTED: dict[str, Kind] = {"count": WHOLE, "factor": REAL, **_BLOCKS}
-PARTING = Bound(parting, takes(coarse=BLOCK, fine=BLOCK, rows=WHOLE, **_PARTED))
-_RUNS: dict[str, Kind] = {"t": REAL, "h": REAL, "shorter": REAL, "coarse": WHOLE, "fine": WHOLE}
-TRIAL = Bound(trial, of_stepper(**_RUNS, out=MEMORY, **_PARTED))
+PARTING = Bound(parting, of_header(parting))
+TRIAL = Bound(trial, of_stepper(trial))

@@ -11,7 +11,6 @@ from __future__ import annotations
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, REAL, WHOLE, counted
 from ..numbers.arithmetic import sqrt
 from ..numbers.blocks import sections
 from ..solve.compensated import add_compensated
@@ -20,7 +19,7 @@ from .directions import carry, gather, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
 from .near_identity import log_one_plus
 from .normals import write_normals
-from .signature import sweep_signature
+from .signature import sweep
 
 __all__ = ["growth_sweep"]
 
@@ -81,7 +80,4 @@ def growth_sweep(
     kernel: Bound, functions: tuple[Bound, ...], manifold: Bound, numbers: NumberType
 ) -> Bound:
     """Return `growth` for a stepper's loop and the functions that it takes, all in tangent numbers."""
-    own = {"t0": REAL, "h": REAL, "first": WHOLE, "times": WHOLE, "steps": WHOLE}
-    sums = dict.fromkeys(("sums", "carries", "second"), BLOCK)
-    taken = sweep_signature(counted, kernel, functions, manifold, numbers, **own, **sums)
-    return Bound(growth, taken)
+    return sweep(growth, kernel, functions, manifold, numbers)

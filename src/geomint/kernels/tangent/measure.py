@@ -22,7 +22,6 @@ from __future__ import annotations
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK
 from ..numbers.arithmetic import NAN
 from ..numbers.blocks import part, sections
 from ..solve.compensated import add_compensated
@@ -30,7 +29,7 @@ from ..solve.status import OK
 from .directions import begin_at, carry, log_stretch, settle, turn_stages
 from .layout import kept_layout, sizes_of, work_layout
 from .normals import write_normals
-from .signature import sweep_signature
+from .signature import sweep
 
 __all__ = ["measure_sweep"]
 
@@ -109,7 +108,4 @@ def measure_sweep(
     numbers: NumberType,
 ) -> Bound:
     """Return `measure` for a stepper's loop and the functions that it takes, all in tangent numbers."""
-    own = {"density": density.signature}
-    steps = dict.fromkeys(("starts", "lengths", "states", "out"), BLOCK)
-    taken = sweep_signature(None, kernel, functions, manifold, numbers, **own, **steps)
-    return Bound(measure, taken)
+    return sweep(measure, kernel, functions, manifold, numbers, density=density.signature)

@@ -16,14 +16,13 @@ from __future__ import annotations
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, WHOLE
 from ..numbers.arithmetic import NAN, sqrt
 from ..numbers.blocks import part, sections
 from ..solve.status import OK
 from .directions import begin_at, carry, log_stretch, settle, turn_stages
 from .layout import Kept, Sizes, Work, kept_layout, lanes_for, sizes_of, work_layout
 from .normals import write_normals
-from .signature import sweep_signature
+from .signature import sweep
 
 __all__ = ["symplectic_sweep"]
 
@@ -99,7 +98,4 @@ def symplectic_sweep(
     kernel: Bound, functions: tuple[Bound, ...], form: Bound, manifold: Bound, numbers: NumberType
 ) -> Bound:
     """Return `symplectic` for a stepper's loop and the functions that it takes, in tangent numbers."""
-    own = {"form": form.signature, "constant": WHOLE}
-    steps = dict.fromkeys(("starts", "lengths", "states", "out"), BLOCK)
-    taken = sweep_signature(None, kernel, functions, manifold, numbers, **own, **steps)
-    return Bound(symplectic, taken)
+    return sweep(symplectic, kernel, functions, manifold, numbers, form=form.signature)
