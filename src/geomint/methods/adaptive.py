@@ -1,7 +1,5 @@
 """Steps chosen by the error that they make."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import KW_ONLY, dataclass
 from typing import Any

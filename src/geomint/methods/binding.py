@@ -1,7 +1,5 @@
 """Fields as methods take them: for eight numbers at once."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from collections.abc import Callable

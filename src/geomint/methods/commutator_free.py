@@ -1,7 +1,5 @@
 """Commutator-free Lie group methods on the group-action form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..kernels.numbers.blocks import packed

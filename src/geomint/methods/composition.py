@@ -1,7 +1,5 @@
 """Symmetric compositions of symmetric methods."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, Self
 

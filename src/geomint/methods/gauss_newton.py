@@ -1,7 +1,5 @@
 """What Gauss methods need where Newton's method takes over: made when a first step asks for it."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from types import MappingProxyType

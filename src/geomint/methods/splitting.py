@@ -1,7 +1,5 @@
 """Störmer–Verlet, and Strang's splitting of more parts, on the splitting form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..kernels.numbers.blocks import packed

@@ -1,7 +1,5 @@
 """Steppers in tangent numbers: which ones, and how many directions at once."""
 
-from __future__ import annotations
-
 from ..kernels.compiling.number_types import NumberType, tangent, tangent_lanes
 from .stepper import Stepper
 

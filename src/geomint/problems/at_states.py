@@ -1,7 +1,5 @@
 """Recorded functions at many states at once, compiled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ One number more is one row more, after the state: for the field its rate is the 
 group that acts on the state translations move it.
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Where a body is along a motion: its attitude, and where it touches the ground."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..arguments import Array

@@ -4,8 +4,6 @@ What a state is made of may have sizes that differ by any factor, so that differ
 given relative to the largest number of that piece.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 

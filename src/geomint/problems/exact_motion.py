@@ -4,8 +4,6 @@
 ``method="exact"``.
 """
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 from ..arguments import Array

@@ -1,7 +1,5 @@
 """A function's source, run once on symbols: formulas as others see them, and whether there are any."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Matrix groups acting on states, ready for `geomint.GroupAction`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..arguments import whole

@@ -5,8 +5,6 @@ function is not accepted here and refused there, the rules of `geomint.field` ar
 either of them runs it, in all functions that are reached.
 """
 
-from __future__ import annotations
-
 import builtins
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Products of any two groups, by the functions of both."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

@@ -1,7 +1,5 @@
 """Natural systems as splittings: a kick, and the free motion, which is straight or a great circle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..kernels.compiling.recorded import Recorded, helper

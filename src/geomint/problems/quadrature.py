@@ -1,7 +1,5 @@
 """Quadratures along a motion: a problem with one more number, whose rate is given."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -4,8 +4,6 @@ A package registers under ``[project.entry-points."geomint.systems"]`` an object
 for every name, and under ``"geomint.scenes"`` a package folder of scene files (TOML).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points

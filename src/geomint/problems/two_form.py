@@ -1,7 +1,5 @@
 """The symplectic form that the flow of a problem keeps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

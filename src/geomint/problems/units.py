@@ -1,7 +1,5 @@
 """Units of pieces, quantities and times, for labels."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 __all__ = ["NO_UNIT", "unit_among"]

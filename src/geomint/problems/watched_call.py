@@ -1,7 +1,5 @@
 """One call of a function, in plain Python, on blocks that watch what it does to them."""
 
-from __future__ import annotations
-
 import inspect
 from typing import Any
 

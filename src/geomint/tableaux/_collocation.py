@@ -1,7 +1,5 @@
 """What collocation methods are computed with, in 60 digits, and how their numbers are rounded."""
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from math import isfinite, prod
 

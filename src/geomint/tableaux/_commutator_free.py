@@ -1,7 +1,5 @@
 """Commutator-free tableaux: stages are products of exponentials of combinations of generators."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Explicit Lie group methods without commutators; a method is one literal."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 from ..references.literature import (

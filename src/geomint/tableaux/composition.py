@@ -5,8 +5,6 @@ to 50 (``yoshida-6``), or computed (Suzuki's and the triple jumps). The order co
 to the last digit given.
 """
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 
 from ..references.literature import (

@@ -17,8 +17,6 @@ G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Section IV.5)
 and E is skew. It is computed in 60 digits, as is everything derived from it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from functools import cache

@@ -4,8 +4,6 @@ Rows of A stop at their last non-zero coefficient. All methods are rational but 
 coefficients lie in an extension of the rationals and are given to 30 digits as published.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 from ..references.literature import (

@@ -1,7 +1,5 @@
 """A clock for runs: time that a thread has waited for code is none."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator

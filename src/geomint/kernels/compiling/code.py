@@ -4,8 +4,6 @@ numba freezes what a function finds by a global name, in a closure cell, or as a
 module. Here is which names those are; `geomint.kernels.compiling.fingerprint` looks the values up.
 """
 
-from __future__ import annotations
-
 import dis
 import functools
 import hashlib

@@ -5,8 +5,6 @@ fields, by row count: a field whose row count is a constant is unrolled by LLVM 
 faster at n = 3), while its signature stays the same for every stepper.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

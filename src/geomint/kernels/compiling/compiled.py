@@ -1,7 +1,5 @@
 """Recorded functions as machine code, with the errors that users are to see."""
 
-from __future__ import annotations
-
 import functools
 import os
 import re

@@ -1,7 +1,5 @@
 """How many things can be done at once."""
 
-from __future__ import annotations
-
 import os
 
 __all__ = ["cores"]

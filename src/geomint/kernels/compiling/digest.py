@@ -3,8 +3,6 @@
 `geomint.kernels.compiling.sameness` compares two values of one process; this one can be written down.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import sys

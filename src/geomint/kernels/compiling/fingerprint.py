@@ -6,8 +6,6 @@ and where each value was found is kept. `Reach.holds` looks there again: for the
 for the same content of those that can be changed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import os

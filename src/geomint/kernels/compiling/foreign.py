@@ -5,8 +5,6 @@ A function that numba has compiled by itself (``njit``, ``vectorize``, an overlo
 moment. numba's own, of which the version is known, and those of the kernel layer are welcome.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from types import FunctionType
 from typing import Any

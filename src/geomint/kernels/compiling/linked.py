@@ -5,8 +5,6 @@ are only linked into the code of a caller, where both is done once more: half of
 took. A library here does so when an address or its object code is asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Whether two values are made of the same: arrays bit by bit, functions by code and what they hold."""
 
-from __future__ import annotations
-
 import dataclasses
 import types
 from collections.abc import Mapping

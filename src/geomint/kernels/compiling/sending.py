@@ -8,8 +8,6 @@ same code, so that it finds the compiled code in the cache as well. Functions of
 have no module to import; they are sent by cloudpickle, where that is installed.
 """
 
-from __future__ import annotations
-
 import copy
 import copyreg
 import functools

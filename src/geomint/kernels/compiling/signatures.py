@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import Any
+from typing import Any, get_type_hints
 
 from .number_types import NumberType
 
@@ -185,7 +185,7 @@ def ADDRESSES(number_type: NumberType) -> Any:  # noqa: N802 - a kind as the oth
 STEPPED = replace(_ADVANCE, arguments=(("functions", ADDRESSES), *_ADVANCE.arguments))
 
 
-_WRITTEN = {"int": WHOLE, "float": REAL}
+_WRITTEN: dict[Any, Kind] = {int: WHOLE, float: REAL}
 
 
 def of_header(recorded: Any, **others: Kind) -> Signature:
@@ -193,11 +193,11 @@ def of_header(recorded: Any, **others: Kind) -> Signature:
 
     Arguments of other kinds are given by name. It returns nothing, or what a stepper returns.
     """
-    code, written = recorded.function.__code__, recorded.function.__annotations__
+    code, written = recorded.function.__code__, get_type_hints(recorded.function)
     names = code.co_varnames[: code.co_argcount]
-    kinds: dict[str, Kind] = {name: _WRITTEN.get(written.get(name, ""), BLOCK) for name in names}
+    kinds: dict[str, Kind] = {name: _WRITTEN.get(written.get(name), BLOCK) for name in names}
     assert others.keys() <= kinds.keys()
-    result = None if written["return"] == "None" else counted
+    result = None if written["return"] is type(None) else counted
     return Signature(tuple({**kinds, **others}.items()), result)
 
 

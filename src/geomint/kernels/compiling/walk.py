@@ -10,8 +10,6 @@ What numba has compiled by itself keeps values where nobody can look: it is list
 hashed. Values without a numba type cannot be part of compiled code and count with their type alone.
 """
 
-from __future__ import annotations
-
 import builtins
 import ctypes
 import enum

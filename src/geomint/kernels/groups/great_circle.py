@@ -3,8 +3,6 @@
 Both give increments, so that they can be added with compensation, and work in any dimension.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

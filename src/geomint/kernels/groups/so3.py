@@ -4,8 +4,6 @@ The hat map is ``x̂ v = x × v``; exp(x̂) turns by |x| about x, cay(x̂) by 2 
 ``[number of vectors]``.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper

@@ -9,8 +9,6 @@ of X ↦ E X Eᵀ), `FRAME` (an n×n matrix g, row after row, g ↦ g Eᵀ), whe
 (r ↦ r + ξ_r, m rows: the last piece).
 """
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, maximum, select, top
 from ..numbers.blocks import part

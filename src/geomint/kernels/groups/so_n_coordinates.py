@@ -5,8 +5,6 @@ than π. Layouts and algebra elements are those of `geomint.kernels.groups.so_n`
 their own coordinates.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper

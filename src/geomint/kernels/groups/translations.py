@@ -1,7 +1,5 @@
 """R^m moving m rows by translation: the algebra is R^m, and nothing is turned."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper

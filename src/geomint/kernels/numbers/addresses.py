@@ -4,8 +4,6 @@ numba's functions as arguments have their signature in their type, and so has wh
 they lie in memory, and are given their types where they are called.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 __all__ = ["function_at", "functions_at", "stepper_at"]

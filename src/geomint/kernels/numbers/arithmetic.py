@@ -6,8 +6,6 @@ on floats, on arrays of any dtype and on mpmath numbers. All of them give the sa
 float64.
 """
 
-from __future__ import annotations
-
 import ctypes
 import ctypes.util
 import math

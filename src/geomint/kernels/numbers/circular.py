@@ -8,8 +8,6 @@ With k the nearest whole number to 2x/π and π/2 in three parts, ``x − k π/2
 polynomials are those of K. C. Ng's fdlibm, with what r lacks of its last digits as a first-order term.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What functions of rows and numbers are in compiled code: a few machine instructions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

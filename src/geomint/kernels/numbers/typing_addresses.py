@@ -1,7 +1,5 @@
 """The numba half of functions behind their addresses: a pointer to the addresses of their code."""
 
-from __future__ import annotations
-
 import hashlib
 from typing import Any
 

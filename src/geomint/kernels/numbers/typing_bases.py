@@ -1,7 +1,5 @@
 """What values and slopes of tangent numbers are added and multiplied by: instructions."""
 
-from __future__ import annotations
-
 import operator
 from typing import Any
 

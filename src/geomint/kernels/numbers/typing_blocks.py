@@ -4,8 +4,6 @@ Setting ``NUMBA_BOUNDSCHECK=1`` before compilation checks every row index; other
 but in the one run of every function in plain Python before its first (`geomint.problems.declaration`).
 """
 
-from __future__ import annotations
-
 import functools
 import operator
 from typing import Any

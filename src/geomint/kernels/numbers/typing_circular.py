@@ -1,7 +1,5 @@
 """The numba half of sine and cosine."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -4,8 +4,6 @@ LLVM splits the vector on machines with narrower registers. No fast-math flag an
 lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithmetic").
 """
 
-from __future__ import annotations
-
 import math
 import operator
 from typing import Any

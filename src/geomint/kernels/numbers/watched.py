@@ -5,8 +5,6 @@ would do silently: a row outside of the block, from the end (negative) too; a ro
 is written; a row written that belongs to others. Parts of them watch as well.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -14,8 +14,6 @@ The problem's own time is one more row of the state, summed with compensation li
 handed out with them (`adaptive_memory`). Scalar numbers only: lanes would each need steps of their own.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 from ..compiling.recorded import Recorded, helper, inlined

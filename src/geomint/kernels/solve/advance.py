@@ -9,8 +9,6 @@ first rows are the state, the next rows the carries of the compensated sums, and
 the next step depends on: saved whole, memory makes a resumed run bit-identical.
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of

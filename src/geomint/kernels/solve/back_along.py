@@ -1,7 +1,5 @@
 """Many points back to a level, each along ways of its own, by Newton's method."""
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
 from ..compiling.signatures import FIELD, of_header

@@ -4,8 +4,6 @@ What looks for events takes ten seconds to compile. It would be compiled anew fo
 those of fields, of groups, of splittings take other functions. It gets their addresses instead.
 """
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.bound import Bound

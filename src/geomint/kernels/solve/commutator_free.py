@@ -1,7 +1,5 @@
 """Commutator-free steps: products of exponentials of sums of stage generators."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 

@@ -1,7 +1,5 @@
 """Sums that keep what rounding loses."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 from ..compiling.recorded import helper, inlined

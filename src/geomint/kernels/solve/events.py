@@ -10,8 +10,6 @@ The sign of 0 is that before: a root exactly at a node counts once, where the si
 where a run begins does not count.
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
 from ..compiling.signatures import VALUE, of_stepper

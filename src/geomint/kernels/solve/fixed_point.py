@@ -19,8 +19,6 @@ before its increments have one. A piece without a size has that of `SMALLEST`, s
 is a large δ and never the end.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper, inlined

@@ -10,8 +10,6 @@ Stages live in `groups` lane values a row, eight stages each; unused lanes have 
 lie symmetrically at the two ends, so that the update adds stages pairwise from the ends.
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

@@ -11,8 +11,6 @@ nodes of both tells what the step has added with nearly twice the order, and the
 collocation polynomial how far that is known.
 """
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.recorded import Recorded, helper, inlined

@@ -15,8 +15,6 @@ With derivatives beside L, the tries take L alone into account, so that its bits
 without; the derivatives are solved for afterwards, alike for directions of any length.
 """
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.recorded import Recorded, helper, inlined

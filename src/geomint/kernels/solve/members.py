@@ -5,8 +5,6 @@ same order as of one: their bits are those of single runs, whatever company they
 take one motion after the other here, as compiled code too, so that threads share the work.
 """
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.bound import Bound

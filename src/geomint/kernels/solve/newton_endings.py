@@ -5,8 +5,6 @@ residuals: changes of L fall to that, not to a few roundings of L. How much it i
 how stiff, along which ways, and how sizes of pieces compare; so it is measured (`rounding`).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper, inlined

@@ -3,8 +3,6 @@
 A function of the state, an event, is looked at along it. What changes nothing of a run is in `Orbit`.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 from ..compiling.bound import Bound

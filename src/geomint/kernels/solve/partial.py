@@ -6,8 +6,6 @@ is asked for. The stepper's loop is handed over by its address: nothing of a met
 and these kernels are the same for all methods.
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper, inlined
 from ..compiling.signatures import VALUE, of_header, of_stepper

@@ -1,7 +1,5 @@
 """RATTLE for H = ½ pᵀM⁻¹p + V(t, q): explicit but for the multipliers of one projection."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 from ..compiling.recorded import Recorded, helper, inlined

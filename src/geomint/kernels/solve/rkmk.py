@@ -1,7 +1,5 @@
 """Runge–Kutta–Munthe-Kaas steps: a Runge–Kutta method in the Lie algebra."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

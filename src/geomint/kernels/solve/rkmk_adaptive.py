@@ -1,7 +1,5 @@
 """Adaptive Runge–Kutta–Munthe-Kaas steps: an attempt with the errors of its exponent."""
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.recorded import Recorded, inlined

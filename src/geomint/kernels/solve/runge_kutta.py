@@ -1,7 +1,5 @@
 """Explicit Runge–Kutta steps of any tableau, for any kind of number."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

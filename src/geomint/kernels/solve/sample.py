@@ -1,7 +1,5 @@
 """Observables along saved states, and functions at many points."""
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.bound import Bound

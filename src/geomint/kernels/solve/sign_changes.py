@@ -5,8 +5,6 @@ bound it: all of one sign, by more than the errors, no root; one change of sign,
 the ends of a step are known, the values between are interpolated through those at the last eight nodes.
 """
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.blocks import part
 

@@ -1,7 +1,5 @@
 """Small systems of equations over blocks: a few constraints, matrices stored row after row."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper

@@ -1,7 +1,5 @@
 """Strang's composition of the flows of parts: with two parts, the method of Störmer and Verlet."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 

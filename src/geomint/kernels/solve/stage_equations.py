@@ -12,8 +12,6 @@ Unknown are the increments L of `geomint.kernels.solve.gauss`, and what is to va
 Matrices are plain numbers; L, and what is solved for, may have derivatives.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The derivatives of a field by the state at eight stages at once, exact: by tangent numbers."""
 
-from __future__ import annotations
-
 import functools
 
 from ..compiling.recorded import Recorded, inlined

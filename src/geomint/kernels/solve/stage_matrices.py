@@ -4,8 +4,6 @@ Matrices are of plain numbers, right-hand sides of any: what factors leave of a 
 derivatives where the residual has them.
 """
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import fma, top
 from ..numbers.blocks import as_lanes

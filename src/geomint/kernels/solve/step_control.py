@@ -5,8 +5,6 @@ exponential are made here of ``+ − × ÷``, and the sequence of steps does not
 Everything is float64: a run has one step at a time.
 """
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, sqrt
 

@@ -3,8 +3,6 @@
 The stepper's loop is handed over by its address, as in `geomint.kernels.solve.partial`.
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
 from ..compiling.signatures import of_header, of_stepper

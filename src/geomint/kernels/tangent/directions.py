@@ -4,8 +4,6 @@ A step is taken in tangent numbers, some directions at once; what a method remem
 stages that the next iteration begins with, is turned with the directions.
 """
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import fma, total
 from ..numbers.blocks import as_lanes, part

@@ -6,8 +6,6 @@ directions grows by more than one of k − 1 (G. Benettin, L. Galgani, A. Giorgi
 Meccanica 15 (1980) 9).
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper

@@ -4,8 +4,6 @@ Directions are columns: of each row of a table there is a number for every direc
 values, and 0 where there are fewer directions.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

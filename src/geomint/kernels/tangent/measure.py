@@ -17,8 +17,6 @@ All is done in units of the pieces of the state. For a step that leaves the mani
 "the tangent part" is: see `geomint.watch.measure`.
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper

@@ -1,7 +1,5 @@
 """Determinants and triangular factors of ``1 + S``, to relative accuracy where S is small."""
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, fma, log, sqrt, total
 from ..numbers.blocks import as_lanes

@@ -1,7 +1,5 @@
 """Units of the pieces of a state, and normals of {c(y) = 0}."""
 
-from __future__ import annotations
-
 from ..compiling.number_types import tangent
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import like

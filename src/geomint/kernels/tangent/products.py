@@ -1,7 +1,5 @@
 """Products of tables with few columns, in whole lane values: eight columns at a time in registers."""
 
-from __future__ import annotations
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import fma
 from ..numbers.blocks import as_lanes, part

@@ -1,7 +1,5 @@
 """What the sweeps of directions along a run have in common: the kinds of their arguments."""
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import Recorded

@@ -11,8 +11,6 @@ relative accuracy of D, which is of the size of the step. The defect is ‖E‖ 
 (Frobenius), all in units of the pieces, so that it has no unit.
 """
 
-from __future__ import annotations
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper

@@ -1,7 +1,5 @@
 """What `geomint.solve_ensemble` returns: arrays with an axis of members."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

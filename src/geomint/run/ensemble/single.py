@@ -1,7 +1,5 @@
 """Members one after the other, each by `geomint.solve`: what all others are held to."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Dense output of a run without steps: the exact motion at any time of the run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ...arguments import Array

@@ -1,7 +1,5 @@
 """The exact motion of a problem as a run sees it: states at own and at physical times."""
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Readings that take runs of their own: Lyapunov exponents, points of a section."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
