@@ -13,8 +13,6 @@ from ..problems.problem import Problem
 from .method import Method, Start, checked_method
 from .stepper import Stepper
 
-__all__ = ["LARGEST_RTOL", "LEAST_RTOL", "Adaptive"]
-
 LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
 _TINY = 1e-300  # where a rate overflows against the state
 

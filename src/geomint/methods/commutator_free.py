@@ -15,8 +15,6 @@ from .explicit import step_fraction, tableau_of
 from .method import Method, Start
 from .stepper import Stepper
 
-__all__ = ["CommutatorFree"]
-
 
 @dataclass(frozen=True, repr=False)
 class CommutatorFree(Method):

@@ -14,8 +14,6 @@ from ..tableaux import (
 from .method import Method, Start, checked_method
 from .stepper import Stepper
 
-__all__ = ["Compose"]
-
 _SHORT = {"rattle-2": "rattle", "verlet-2": "verlet"}  # families named by their order
 
 

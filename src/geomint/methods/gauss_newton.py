@@ -22,8 +22,6 @@ from ..tableaux import gauss_legendre
 from .method import Start
 from .stepper import Kernel, filled_block
 
-__all__ = ["check_derivatives", "newton_kernel"]
-
 
 def check_derivatives(s: Start, field: Bound, y0: Array, work: int) -> None:
     """Raise `DeclarationError` unless a field takes numbers with derivatives: it runs once."""

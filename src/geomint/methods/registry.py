@@ -25,8 +25,6 @@ from .rattle import Rattle
 from .rkmk import RKMK
 from .splitting import Verlet
 
-__all__ = ["find_method", "find_solver", "method_names", "methods"]
-
 _EXACT = Exact()
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
 _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10

@@ -15,8 +15,6 @@ from .bound_forms import splitting_of
 from .method import Method, Start
 from .stepper import Stepper
 
-__all__ = ["Verlet"]
-
 
 @dataclass(frozen=True, repr=False)
 class Verlet(Method):

@@ -15,8 +15,6 @@ from .declaration import kept_with
 from .problem import Problem
 from .spaces.conditions import written
 
-__all__ = ["Values", "evaluator", "values_at", "writer"]
-
 Values = Callable[[Array, Array], Array]  # of times and states, one a row
 
 

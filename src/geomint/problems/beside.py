@@ -13,8 +13,6 @@ from ..kernels.numbers.blocks import fixed_rows, part
 from .forms import Group
 from .groups import translations
 
-__all__ = ["field_beside", "generator_beside", "group_beside"]
-
 
 @functools.cache
 def field_beside(f: Recorded, rate: Recorded, rows: int) -> Recorded:

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 from ..arguments import Array
 
-__all__ = ["BodyPath"]
-
 
 @dataclass(frozen=True)
 class BodyPath:

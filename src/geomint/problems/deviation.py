@@ -12,8 +12,6 @@ import numpy as np
 from ..arguments import Array
 from .problem import Problem
 
-__all__ = ["pieces_of", "relative_error", "shifted", "sizes_of"]
-
 
 def pieces_of(problem: Problem, y: Array) -> dict[str, Array]:
     """Return the pieces of a flat state by name."""

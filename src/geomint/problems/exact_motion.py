@@ -8,8 +8,6 @@ from typing import Any, Protocol
 
 from ..arguments import Array
 
-__all__ = ["ExactMotion"]
-
 
 class ExactMotion(Protocol):
     """The motion through one state, at any time; times are numbers or arrays, from 0 at that state on.

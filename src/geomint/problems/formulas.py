@@ -12,8 +12,6 @@ from ..kernels.numbers.blocks import Block
 from ..kernels.numbers.traced import ANYTHING, Algebra, Traced, symbol
 from .problem import Problem
 
-__all__ = ["is_formula", "traced_field"]
-
 
 def is_formula(problem: Problem, f: Recorded, signature: Signature, rows: dict[str, int]) -> bool:
     """Tell whether a function reads the same rows at every state and time.

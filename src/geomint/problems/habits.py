@@ -19,8 +19,6 @@ from ..kernels.compiling.code import Path, paths_in
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.walk import KERNELS, LIBRARIES, MISSING, content_of, home_of
 
-__all__ = ["Habit", "habit_of"]
-
 _LISTS = {"BUILD_LIST", "BUILD_SET", "BUILD_MAP", "BUILD_CONST_KEY_MAP", "LIST_APPEND", "MAP_ADD"}
 _TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y), which are no lists
 _RAISES = (

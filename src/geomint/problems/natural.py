@@ -7,8 +7,6 @@ from ..kernels.groups.great_circle import great_circle, kick_along_sphere
 from ..kernels.numbers.blocks import part
 from .forms import Splitting
 
-__all__ = ["natural_in_space", "natural_on_sphere"]
-
 
 def natural_in_space(acceleration: Recorded) -> Splitting:
     """Return the splitting of q̈ = a(t, q) on states (q, v) of R^2n.

@@ -13,8 +13,6 @@ from .beside import field_beside, generator_beside, group_beside
 from .forms import GroupAction
 from .problem import Problem
 
-__all__ = ["with_quadrature"]
-
 
 def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
     """Return the problem with one more number s, ṡ = rate(params, t, y, work).

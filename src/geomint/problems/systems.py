@@ -18,8 +18,6 @@ from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 from .time_transformation import time_transformed
 
-__all__ = ["Lift", "Model", "Reduction", "System", "find_system", "in_time", "system_names"]
-
 Lift = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
 
 

@@ -7,8 +7,6 @@ from ..kernels.compiling.recorded import Recorded, helper
 from ..kernels.compiling.sending import Sendable
 from .forms import check_recorded, check_types
 
-__all__ = ["SymplecticForm", "canonical_form"]
-
 
 @helper
 def canonical_form(params: Any, t: Any, y: Any, u: Any, v: Any, work: Any) -> Any:

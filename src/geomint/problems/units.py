@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-__all__ = ["NO_UNIT", "unit_among"]
-
 NO_UNIT = "dimensionless"
 
 

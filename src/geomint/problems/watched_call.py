@@ -10,8 +10,6 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.watched import AccessError, Fresh, Given
 from .habits import habit_of
 
-__all__ = ["unwatched_call", "watched_call"]
-
 
 def watched_call(
     problem: str | None, role: str, f: Recorded, arguments: dict[str, Any], number: bool = False

@@ -5,8 +5,6 @@ from math import isfinite, prod
 
 from ._exact import Array, read_only
 
-__all__ = ["DIGITS", "HALF", "extrapolation", "halves", "halves_about_half", "legendre"]
-
 DIGITS = Context(prec=60, rounding=ROUND_HALF_EVEN)
 HALF = Decimal("0.5")
 

@@ -10,8 +10,6 @@ from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, read_only, row
 from ._tableau import Tableau
 
-__all__ = ["CommutatorFreeTableau", "Flow", "flow"]
-
 
 class Flow(NamedTuple):
     """Exponentials that carry one stage value, or the value of the step, to another one."""

@@ -14,8 +14,6 @@ from itertools import accumulate
 from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
 
-__all__ = ["Composition", "substeps"]
-
 
 @dataclass(frozen=True)
 class Composition(Exact):

@@ -15,8 +15,6 @@ from itertools import chain
 from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
 
-__all__ = ["Tableau"]
-
 
 @dataclass(frozen=True)
 class Tableau(Exact):

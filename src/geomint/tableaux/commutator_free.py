@@ -10,8 +10,6 @@ from ..references.literature import (
 )
 from ._commutator_free import CommutatorFreeTableau, flow
 
-__all__ = ["COMMUTATOR_FREE"]
-
 _CMO = CELLEDONI_MARTHINSEN_OWREN_2003
 
 _METHODS = (

@@ -17,8 +17,6 @@ from ..references.literature import (
 from ..references.reference import Reference
 from ._composition import Composition
 
-__all__ = ["COMPOSITIONS", "DEFAULT_COMPOSITION", "default_composition"]
-
 _TABLES = HLW_2006.at("Section V.3.2")
 
 

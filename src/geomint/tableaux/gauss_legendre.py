@@ -25,8 +25,6 @@ from math import cos, pi
 from ._collocation import DIGITS, HALF, legendre
 from ._gauss_tableau import GaussTableau
 
-__all__ = ["MAX_GAUSS_STAGES", "gauss_legendre"]
-
 MAX_GAUSS_STAGES = 16
 """Largest number of stages."""
 

@@ -16,8 +16,6 @@ from ..references.literature import (
 from ._exact import row, rows
 from ._tableau import Tableau
 
-__all__ = ["RUNGE_KUTTA"]
-
 _DOP853_WEIGHTS = row(
     "5.42937341165687622380535766363e-2 0 0 0 0 4.45031289275240888144113950566 "
     "1.89151789931450038304281599044 -5.8012039600105847814672114227 "

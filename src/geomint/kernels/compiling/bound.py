@@ -14,8 +14,6 @@ from .number_types import SCALAR, NumberType
 from .recorded import Recorded
 from .signatures import Signature
 
-__all__ = ["Bound", "bind"]
-
 
 @dataclass(frozen=True)
 class Bound:

@@ -20,8 +20,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["Call", "Code"]
-
 _RETURNED, _RETURNED_NONE = 0, -2  # of numba's codes, those that are no errors
 
 

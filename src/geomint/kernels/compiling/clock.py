@@ -5,8 +5,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["running_clock", "standing_still"]
-
 _waits = threading.local()
 
 

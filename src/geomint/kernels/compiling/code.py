@@ -12,8 +12,6 @@ import types
 from collections.abc import Iterator
 from typing import NamedTuple
 
-__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "paths_in", "reads"]
-
 CONSTANTS = (type(None), type(...), bool, int, float, complex, str, bytes)
 
 _GLOBALS = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS"}

@@ -35,8 +35,6 @@ from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .linked import linked
 from .recorded import Recorded
 
-__all__ = ["compile_function", "functions_asked", "listen", "make_dispatcher"]
-
 _njit: Any = numba.njit
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}

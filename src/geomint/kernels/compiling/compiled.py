@@ -9,8 +9,6 @@ from typing import Any
 from ...errors import DeclarationError, GeomintWarning
 from .recorded import Recorded
 
-__all__ = ["compiled", "reason_of"]
-
 # What numba says of numbers of which there are eight, and what to write.
 _SELECT = "`if`, `and`, `or` and `not` do not take numbers of the state: gi.select(condition, x, y)"
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of letters: numba has them where colorama is installed

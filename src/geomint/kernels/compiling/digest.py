@@ -19,8 +19,6 @@ from .code import CONSTANTS, constant, framed
 from .sameness import contents, made_of, parts_of
 from .walk import Wrapped
 
-__all__ = ["digest", "source_stamp", "versions_of_numbers"]
-
 # What is told by its name: the stamp and the versions below say which it is.
 _STAMPED = {"geomint", "numpy", "scipy", "numba", "llvmlite", "mpmath", *sys.stdlib_module_names}
 _IN_CLASSES = (types.FunctionType, property, classmethod, staticmethod, *CONSTANTS)

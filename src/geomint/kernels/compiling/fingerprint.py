@@ -15,8 +15,6 @@ from typing import Any
 from .code import framed
 from .walk import MISSING, Walk, content_of
 
-__all__ = ["Reach", "fingerprint"]
-
 _changes = itertools.count()
 _process = os.urandom(16)
 

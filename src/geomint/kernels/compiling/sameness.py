@@ -10,8 +10,6 @@ import numpy as np
 from .code import described
 from .walk import Wrapped
 
-__all__ = ["Compared", "contents", "made_of", "parts_of", "same"]
-
 
 class Compared:
     """What is equal to another one if both are made of the same, arrays and functions included."""

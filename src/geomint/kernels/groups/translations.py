@@ -4,8 +4,6 @@ from typing import Any
 
 from ..compiling.recorded import helper
 
-__all__ = ["commute", "endless", "shift", "unchanged"]
-
 
 @helper
 def shift(layout, xi, y, out, work) -> None:

@@ -6,8 +6,6 @@ they lie in memory, and are given their types where they are called.
 
 from typing import Any
 
-__all__ = ["function_at", "functions_at", "stepper_at"]
-
 
 def stepper_at(addresses, kind: str) -> Any:
     """Return the first function, a stepper of that kind; in plain Python they are a tuple."""

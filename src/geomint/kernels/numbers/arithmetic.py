@@ -16,25 +16,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = [
-    "NAN",
-    "elementwise",
-    "epsilon",
-    "fma",
-    "is_float64",
-    "lane",
-    "like",
-    "log",
-    "magnitude",
-    "maximum",
-    "plain",
-    "select",
-    "slope_count",
-    "sqrt",
-    "top",
-    "total",
-]
-
 NAN = float("nan")  # what lies outside of a function's domain, to be found at the end of the step
 
 

@@ -16,22 +16,6 @@ import numpy.typing as npt
 
 from .lanes import LANES, Lanes
 
-__all__ = [
-    "REST",
-    "Block",
-    "LaneBlock",
-    "as_lanes",
-    "as_numbers",
-    "as_singles",
-    "fixed_rows",
-    "packed",
-    "part",
-    "scalar_block",
-    "section",
-    "sections",
-    "set_lane",
-]
-
 _FLOAT64 = np.dtype(np.float64)
 
 REST = -1  # any negative number of rows of the last part of a layout: all that are left

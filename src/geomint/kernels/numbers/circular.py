@@ -14,8 +14,6 @@ import numpy as np
 
 from .arithmetic import elementwise, fma, is_float64, select
 
-__all__ = ["FAR", "cos", "sin", "turned"]
-
 FAR = 2.0**30
 # π/2 as a sum, each part rounded to nearest.
 _FIRST, _SECOND, _THIRD = 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33

@@ -6,8 +6,6 @@ from typing import Any
 from numba.core import types
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 
-__all__ = ["instruction"]
-
 
 def instruction(function: Callable[..., Any], prefer_literal: bool = False) -> Any:
     """Register a typing function as what `function` is in compiled code.

@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["LANES", "Lanes"]
-
 LANES = 8
 """Number of float64 numbers in a compiled lane value."""
 

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from functools import partialmethod
 from typing import Any
 
-__all__ = ["ANYTHING", "Algebra", "Traced", "symbol"]
-
 
 @dataclass
 class Algebra:

@@ -8,8 +8,6 @@ from numba.core import types
 
 from .typing_lanes import LANE_VALUE, broadcast, call_vector_function
 
-__all__ = ["Instructions"]
-
 _COMPARISONS = {
     operator.lt: "<",
     operator.le: "<=",

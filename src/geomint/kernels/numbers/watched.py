@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from .blocks import Block
 
-__all__ = ["AccessError", "Fresh", "Given"]
-
 
 class AccessError(Exception):
     """A row that a function may not read or write.

@@ -16,8 +16,6 @@ from ..numbers.arithmetic import top
 from .ranks import keep, rank
 from .status import OK
 
-__all__ = ["bound_stepper", "stepper", "with_maps"]
-
 
 def stepper(step: Recorded) -> Recorded:
     """Return the loop of a method's step: what is compiled, and runs."""

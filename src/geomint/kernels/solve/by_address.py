@@ -12,8 +12,6 @@ from ..compiling.recorded import helper
 from ..compiling.signatures import STEPPED, Signature, advance
 from ..numbers.addresses import functions_at, stepper_at
 
-__all__ = ["by_address"]
-
 
 @functools.cache
 def by_address(functions: tuple[Signature, ...]) -> Bound:

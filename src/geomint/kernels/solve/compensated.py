@@ -4,8 +4,6 @@ from collections import namedtuple
 
 from ..compiling.recorded import helper, inlined
 
-__all__ = ["State", "add_compensated", "compensated_state"]
-
 State = namedtuple("State", "y carry")
 
 

@@ -10,8 +10,6 @@ from .rkmk import diagnose, parts_of, table_of, write_stages
 from .runge_kutta import HUGE, combine, largest
 from .status import OK
 
-__all__ = ["adaptive_rkmk_stepper"]
-
 
 @functools.cache
 def adaptive_rkmk_stepper(

@@ -9,8 +9,6 @@ from ..compiling.signatures import ADDRESSES, FIELD, of_header
 from ..numbers.addresses import function_at
 from ..numbers.blocks import part
 
-__all__ = ["sampler"]
-
 
 @functools.cache
 def sampler() -> Bound:

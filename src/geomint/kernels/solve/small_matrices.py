@@ -5,8 +5,6 @@ from typing import Any
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum
 
-__all__ = ["across", "along", "contract", "largest", "solve_small"]
-
 
 @helper
 def solve_small(m: int, matrix, right) -> None:

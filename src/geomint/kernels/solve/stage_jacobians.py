@@ -7,8 +7,6 @@ from ..numbers.arithmetic import like
 from ..numbers.blocks import part
 from ..numbers.tangent import as_tangents
 
-__all__ = ["DIRECTIONS", "jacobian_evaluations", "jacobian_scratch", "jacobians_of"]
-
 DIRECTIONS = 2  # at once: more of them leave registers, as stages are in lanes beside them
 
 

@@ -9,8 +9,6 @@ from ..numbers.arithmetic import fma, top
 from ..numbers.blocks import as_lanes
 from ..numbers.lanes import LANES
 
-__all__ = ["factor_lanes", "factor_whole", "padded", "solve_lanes", "solve_whole"]
-
 
 @inlined
 def padded(size: int) -> int:

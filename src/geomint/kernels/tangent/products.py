@@ -4,8 +4,6 @@ from ..compiling.recorded import helper
 from ..numbers.arithmetic import fma
 from ..numbers.blocks import as_lanes, part
 
-__all__ = ["add_product", "write_overlaps"]
-
 
 @helper
 def write_overlaps(n: int, A, B, out) -> None:

@@ -6,8 +6,6 @@ from ..compiling.recorded import Recorded
 from ..compiling.signatures import BLOCK, MEMORY, Functions, OfType, Signature, of_header
 from .normals import CONDITIONS
 
-__all__ = ["sweep"]
-
 
 def sweep(
     loop: Recorded,

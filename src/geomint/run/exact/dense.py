@@ -7,8 +7,6 @@ from ...problems.problem import Problem
 from ..dense import Kept, Output
 from .path import ExactPath
 
-__all__ = ["ExactOutput"]
-
 
 class ExactOutput(Output):
     """The states of an exact motion at any time of a run: ``sol.sol(t)``, or ``sol.sol(tau=…)``.

@@ -12,8 +12,6 @@ from ...problems.exact_motion import ExactMotion
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 
-__all__ = ["ExactPath", "Following"]
-
 
 class ExactPath:
     """The exact motion through one state, in the times of a run.
