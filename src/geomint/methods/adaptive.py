@@ -1,7 +1,5 @@
 """Steps chosen by the error that they make."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
@@ -14,8 +12,6 @@ from ..problems.evaluate import Rate, derivative
 from ..problems.problem import Problem
 from .method import Method, Start, checked_method
 from .stepper import Stepper
-
-__all__ = ["LARGEST_RTOL", "LEAST_RTOL", "Adaptive"]
 
 LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
 _TINY = 1e-300  # where a rate overflows against the state

@@ -5,8 +5,6 @@ numbers have 64 bits in compiled code, so that ``2**-k`` is 0 there and products
 bits keep their kind. Nothing else would notice: checks in plain Python see the numbers that were meant.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

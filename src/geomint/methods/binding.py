@@ -1,7 +1,5 @@
 """Fields as methods take them: for eight numbers at once."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from collections.abc import Callable
@@ -28,7 +26,7 @@ Work = namedtuple("Work", "y out work padding")
 
 def _adapter_work(rows: int, work: int) -> Work:
     """Return the layout of an adapter's scratch, in whole lane values of single numbers."""
-    return Work(y=rows, out=rows, work=work, padding=-(2 * rows + work) % LANES)
+    return Work(rows, rows, work, -(2 * rows + work) % LANES)
 
 
 @functools.cache

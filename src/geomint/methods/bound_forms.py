@@ -1,7 +1,5 @@
 """The forms of a problem as steppers take them: bound functions, rows, initial memory, scratch."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Directions at a state, and all that a sweep needs to carry them along a method's steps."""
 
-from __future__ import annotations
-
 import contextlib
 from typing import Any
 

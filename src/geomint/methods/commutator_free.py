@@ -1,7 +1,5 @@
 """Commutator-free Lie group methods on the group-action form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..kernels.numbers.blocks import packed
@@ -16,8 +14,6 @@ from .bound_forms import action_of, maps_of, unrolled
 from .explicit import step_fraction, tableau_of
 from .method import Method, Start
 from .stepper import Stepper
-
-__all__ = ["CommutatorFree"]
 
 
 @dataclass(frozen=True, repr=False)

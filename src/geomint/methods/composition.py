@@ -1,7 +1,5 @@
 """Symmetric compositions of symmetric methods."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -15,8 +13,6 @@ from ..tableaux import (
 )
 from .method import Method, Start, checked_method
 from .stepper import Stepper
-
-__all__ = ["Compose"]
 
 _SHORT = {"rattle-2": "rattle", "verlet-2": "verlet"}  # families named by their order
 

@@ -1,7 +1,5 @@
 """The exact flow as a method: no steps, where a problem has an exact motion through every state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Explicit Runge–Kutta methods on the ODE form: the baselines, at fixed and adaptive step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar

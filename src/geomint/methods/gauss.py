@@ -1,7 +1,5 @@
 """Gauss collocation methods: symmetric, symplectic in flat space, of order twice the stages."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass

@@ -1,7 +1,5 @@
 """What Gauss methods need where Newton's method takes over: made when a first step asks for it."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -23,8 +21,6 @@ from ..problems.watched_call import unwatched_call
 from ..tableaux import gauss_legendre
 from .method import Start
 from .stepper import Kernel, filled_block
-
-__all__ = ["check_derivatives", "newton_kernel"]
 
 
 def check_derivatives(s: Start, field: Bound, y0: Array, work: int) -> None:

@@ -1,7 +1,5 @@
 """The Hamiltonian form for eight numbers at once, also of functions that take one at a time."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

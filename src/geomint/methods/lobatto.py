@@ -1,7 +1,5 @@
 """RATTLE with more stages: the pairs of Lobatto IIIA and IIIB on the Hamiltonian form."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass

@@ -1,7 +1,5 @@
 """What a method is: a value that says its order and the form it needs, and starts a stepper."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 from abc import ABC, abstractmethod

@@ -1,7 +1,5 @@
 """RATTLE on the Hamiltonian form: symplectic on embedded constraint manifolds."""
 
-from __future__ import annotations
-
 from dataclasses import KW_ONLY, dataclass
 
 from ..arguments import whole

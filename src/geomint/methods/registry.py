@@ -1,7 +1,5 @@
 """Methods by name."""
 
-from __future__ import annotations
-
 import functools
 from importlib.metadata import entry_points
 from typing import Any
@@ -25,8 +23,6 @@ from .method import Method, checked_method
 from .rattle import Rattle
 from .rkmk import RKMK
 from .splitting import Verlet
-
-__all__ = ["find_method", "find_solver", "method_names", "methods"]
 
 _EXACT = Exact()
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition

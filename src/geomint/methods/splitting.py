@@ -1,7 +1,5 @@
 """Störmer–Verlet, and Strang's splitting of more parts, on the splitting form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..kernels.numbers.blocks import packed
@@ -16,8 +14,6 @@ from ..references.literature import HLW_2006, STRANG_1968, VERLET_1967
 from .bound_forms import splitting_of
 from .method import Method, Start
 from .stepper import Stepper
-
-__all__ = ["Verlet"]
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,7 +1,5 @@
 """Steppers of runs, made once for a problem and a method: what a run needs of its own is its memory."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

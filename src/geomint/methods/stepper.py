@@ -26,9 +26,6 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import LOST_RANK, NOT_CONVERGED, OK, OUTSIDE_CHART
 
-__all__ = ["NOTHING", "Advance", "Between", "Kernel", "Stepper", "filled_block"]
-
-
 NOTHING = scalar_block(0)
 _TURNING = threading.RLock()
 

@@ -1,11 +1,7 @@
 """Steppers in tangent numbers: which ones, and how many directions at once."""
 
-from __future__ import annotations
-
 from ..kernels.compiling.number_types import NumberType, tangent, tangent_lanes
 from .stepper import Stepper
-
-__all__ = ["AT_ONCE", "directions_at_once", "tangent_type"]
 
 AT_ONCE = 8  # directions: a lane value of slopes, or what an iteration gains little from beyond
 

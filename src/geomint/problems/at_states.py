@@ -1,7 +1,5 @@
 """Recorded functions at many states at once, compiled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -16,8 +14,6 @@ from ..kernels.solve.sample import sampler
 from .declaration import kept_with
 from .problem import Problem
 from .spaces.conditions import written
-
-__all__ = ["Values", "evaluator", "values_at", "writer"]
 
 Values = Callable[[Array, Array], Array]  # of times and states, one a row
 

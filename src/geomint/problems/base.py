@@ -1,7 +1,5 @@
 """Whether a problem moves over its base, `Measure.base`, as is declared."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

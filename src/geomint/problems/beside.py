@@ -4,8 +4,6 @@ One number more is one row more, after the state: for the field its rate is the 
 group that acts on the state translations move it.
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import replace
 from typing import Any
@@ -14,8 +12,6 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import fixed_rows, part
 from .forms import Group
 from .groups import translations
-
-__all__ = ["field_beside", "generator_beside", "group_beside"]
 
 
 @functools.cache

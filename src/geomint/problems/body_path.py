@@ -1,12 +1,8 @@
 """Where a body is along a motion: its attitude, and where it touches the ground."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..arguments import Array
-
-__all__ = ["BodyPath"]
 
 
 @dataclass(frozen=True)

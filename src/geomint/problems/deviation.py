@@ -4,8 +4,6 @@ What a state is made of may have sizes that differ by any factor, so that differ
 given relative to the largest number of that piece.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 
@@ -13,8 +11,6 @@ import numpy as np
 
 from ..arguments import Array
 from .problem import Problem
-
-__all__ = ["pieces_of", "relative_error", "shifted", "sizes_of"]
 
 
 def pieces_of(problem: Problem, y: Array) -> dict[str, Array]:

@@ -1,7 +1,5 @@
 """A problem's functions at single states, in plain Python: for checks, defaults and scales."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable

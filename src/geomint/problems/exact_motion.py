@@ -4,13 +4,9 @@
 ``method="exact"``.
 """
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 from ..arguments import Array
-
-__all__ = ["ExactMotion"]
 
 
 class ExactMotion(Protocol):

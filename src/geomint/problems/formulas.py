@@ -1,7 +1,5 @@
 """A function's source, run once on symbols: formulas as others see them, and whether there are any."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,8 +11,6 @@ from ..kernels.compiling.signatures import Signature
 from ..kernels.numbers.blocks import Block
 from ..kernels.numbers.traced import ANYTHING, Algebra, Traced, symbol
 from .problem import Problem
-
-__all__ = ["is_formula", "traced_field"]
 
 
 def is_formula(problem: Problem, f: Recorded, signature: Signature, rows: dict[str, int]) -> bool:

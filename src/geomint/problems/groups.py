@@ -1,7 +1,5 @@
 """Matrix groups acting on states, ready for `geomint.GroupAction`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..arguments import whole
@@ -12,8 +10,6 @@ from ..kernels.groups.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dc
 from ..kernels.groups.translations import commute, shift, unchanged
 from .forms import Group
 from .joined_groups import joined
-
-__all__ = ["own_sizes", "product", "so3", "so_n", "translations"]
 
 _SO3 = (so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv)
 _SO_N = (so_n_act, so_n_bracket, so_n_cayley, so_n_dcayinv, so_3_dexpinv, so_n_extent)

@@ -5,8 +5,6 @@ function is not accepted here and refused there, the rules of `geomint.field` ar
 either of them runs it, in all functions that are reached.
 """
 
-from __future__ import annotations
-
 import builtins
 import math
 from collections.abc import Iterator
@@ -20,8 +18,6 @@ import numpy as np
 from ..kernels.compiling.code import Path, paths_in
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.walk import KERNELS, LIBRARIES, MISSING, content_of, home_of
-
-__all__ = ["Habit", "habit_of"]
 
 _LISTS = {"BUILD_LIST", "BUILD_SET", "BUILD_MAP", "BUILD_CONST_KEY_MAP", "LIST_APPEND", "MAP_ADD"}
 _TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y), which are no lists

@@ -1,7 +1,5 @@
 """Products of any two groups, by the functions of both."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any
@@ -21,7 +19,7 @@ Joined = namedtuple("Joined", "numbers algebra_rows rows first second")
 @inlined
 def joined_layout(numbers: int) -> Joined:
     """Return the layout of a product's layout."""
-    return Joined(numbers=1, algebra_rows=1, rows=1, first=numbers, second=REST)
+    return Joined(1, 1, 1, numbers, REST)
 
 
 @inlined

@@ -1,15 +1,11 @@
 """Natural systems as splittings: a kick, and the free motion, which is straight or a great circle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..kernels.compiling.recorded import Recorded, helper
 from ..kernels.groups.great_circle import great_circle, kick_along_sphere
 from ..kernels.numbers.blocks import part
 from .forms import Splitting
-
-__all__ = ["natural_in_space", "natural_on_sphere"]
 
 
 def natural_in_space(acceleration: Recorded) -> Splitting:

@@ -9,8 +9,6 @@ of Kepler's, where acceleration is r⁻², and N = \|A⁻¹x\|² on an ellipsoid
 which the coordinates are quotients of theta functions. Two square roots of square roots make −5/8.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

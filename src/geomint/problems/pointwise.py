@@ -4,8 +4,6 @@ What has no steps, such as an exact flow or a change of coordinates, is written 
 with the rules of `geomint.field`, and evaluated here for as many as are wanted.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

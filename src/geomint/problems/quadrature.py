@@ -1,7 +1,5 @@
 """Quadratures along a motion: a problem with one more number, whose rate is given."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 
@@ -14,8 +12,6 @@ from ..kernels.numbers.blocks import part
 from .beside import field_beside, generator_beside, group_beside
 from .forms import GroupAction
 from .problem import Problem
-
-__all__ = ["with_quadrature"]
 
 
 def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:

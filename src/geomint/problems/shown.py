@@ -1,7 +1,5 @@
 """How values show themselves: some lines of text, a table in a notebook."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping
 from html import escape

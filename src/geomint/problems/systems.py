@@ -4,8 +4,6 @@ A package registers under ``[project.entry-points."geomint.systems"]`` an object
 for every name, and under ``"geomint.scenes"`` a package folder of scene files (TOML).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points
@@ -19,8 +17,6 @@ from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 from .time_transformation import time_transformed
-
-__all__ = ["Lift", "Model", "Reduction", "System", "find_system", "in_time", "system_names"]
 
 Lift = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
 

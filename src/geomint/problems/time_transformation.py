@@ -9,8 +9,6 @@ VIII.2). Quadratic invariants are kept to rounding by Gauss methods. An invarian
 for σ (H − H(y₀)).
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import math

@@ -1,15 +1,11 @@
 """The symplectic form that the flow of a problem keeps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
 from ..kernels.compiling.recorded import Recorded, helper
 from ..kernels.compiling.sending import Sendable
 from .forms import check_recorded, check_types
-
-__all__ = ["SymplecticForm", "canonical_form"]
 
 
 @helper

@@ -1,10 +1,6 @@
 """Units of pieces, quantities and times, for labels."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-
-__all__ = ["NO_UNIT", "unit_among"]
 
 NO_UNIT = "dimensionless"
 

@@ -1,7 +1,5 @@
 """One call of a function, in plain Python, on blocks that watch what it does to them."""
 
-from __future__ import annotations
-
 import inspect
 from typing import Any
 
@@ -11,8 +9,6 @@ from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.watched import AccessError, Fresh, Given
 from .habits import habit_of
-
-__all__ = ["unwatched_call", "watched_call"]
 
 
 def watched_call(

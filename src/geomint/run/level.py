@@ -1,7 +1,5 @@
 """The set of states where quantities have given values, such as the energy, and ways onto it."""
 
-from __future__ import annotations
-
 import contextlib
 import warnings
 from collections.abc import Callable, Mapping, Sequence

@@ -1,13 +1,9 @@
 """What collocation methods are computed with, in 60 digits, and how their numbers are rounded."""
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from math import isfinite, prod
 
 from ._exact import Array, read_only
-
-__all__ = ["DIGITS", "HALF", "extrapolation", "halves", "halves_about_half", "legendre"]
 
 DIGITS = Context(prec=60, rounding=ROUND_HALF_EVEN)
 HALF = Decimal("0.5")

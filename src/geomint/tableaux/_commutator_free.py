@@ -1,7 +1,5 @@
 """Commutator-free tableaux: stages are products of exponentials of combinations of generators."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -11,8 +9,6 @@ from typing import NamedTuple
 from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, read_only, row
 from ._tableau import Tableau
-
-__all__ = ["CommutatorFreeTableau", "Flow", "flow"]
 
 
 class Flow(NamedTuple):

@@ -6,8 +6,6 @@ References
 Sections II.4 and V.3.2.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -15,8 +13,6 @@ from itertools import accumulate
 
 from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
-
-__all__ = ["Composition", "substeps"]
 
 
 @dataclass(frozen=True)

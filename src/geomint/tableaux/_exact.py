@@ -4,8 +4,6 @@ A coefficient enters the package once, as text, and becomes a `fractions.Fractio
 rounding. Binary numbers are made from it at the very end: ``x_float`` is the float64 nearest to x.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import fields
 from fractions import Fraction

@@ -15,8 +15,6 @@ from ._collocation import DIGITS, HALF, extrapolation, halves, halves_about_half
 from ._exact import Array, Row, read_only
 from ._tableau import Tableau
 
-__all__ = ["GaussTableau"]
-
 _TABLEAU_TOLERANCE = Fraction(1, 10**45)
 
 

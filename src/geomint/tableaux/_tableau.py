@@ -7,8 +7,6 @@ References
 [HLW] E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -16,8 +14,6 @@ from itertools import chain
 
 from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
-
-__all__ = ["Tableau"]
 
 
 @dataclass(frozen=True)

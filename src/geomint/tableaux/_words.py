@@ -6,8 +6,6 @@ on the left. Every letter has a weight, the power of the step it comes with; wor
 order of interest are dropped.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Mapping
 from decimal import Decimal
 from fractions import Fraction

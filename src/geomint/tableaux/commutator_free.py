@@ -1,7 +1,5 @@
 """Explicit Lie group methods without commutators; a method is one literal."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 from ..references.literature import (
@@ -11,8 +9,6 @@ from ..references.literature import (
     LIE_GROUP_METHODS_2000,
 )
 from ._commutator_free import CommutatorFreeTableau, flow
-
-__all__ = ["COMMUTATOR_FREE"]
 
 _CMO = CELLEDONI_MARTHINSEN_OWREN_2003
 

@@ -5,8 +5,6 @@ to 50 (``yoshida-6``), or computed (Suzuki's and the triple jumps). The order co
 to the last digit given.
 """
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 
 from ..references.literature import (
@@ -18,8 +16,6 @@ from ..references.literature import (
 )
 from ..references.reference import Reference
 from ._composition import Composition
-
-__all__ = ["COMPOSITIONS", "DEFAULT_COMPOSITION", "default_composition"]
 
 _TABLES = HLW_2006.at("Section V.3.2")
 

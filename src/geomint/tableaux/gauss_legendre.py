@@ -17,8 +17,6 @@ G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Section IV.5)
 and E is skew. It is computed in 60 digits, as is everything derived from it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from functools import cache
@@ -26,8 +24,6 @@ from math import cos, pi
 
 from ._collocation import DIGITS, HALF, legendre
 from ._gauss_tableau import GaussTableau
-
-__all__ = ["MAX_GAUSS_STAGES", "gauss_legendre"]
 
 MAX_GAUSS_STAGES = 16
 """Largest number of stages."""

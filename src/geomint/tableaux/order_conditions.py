@@ -5,8 +5,6 @@ does not exceed what their last digit explains). Every condition is visited, on 
 ordered forests or words, so that no coefficient can be wrong unnoticed.
 """
 
-from __future__ import annotations
-
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 from functools import cache

@@ -4,8 +4,6 @@ Rows of A stop at their last non-zero coefficient. All methods are rational but 
 coefficients lie in an extension of the rationals and are given to 30 digits as published.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 from ..references.literature import (
@@ -17,8 +15,6 @@ from ..references.literature import (
 )
 from ._exact import row, rows
 from ._tableau import Tableau
-
-__all__ = ["RUNGE_KUTTA"]
 
 _DOP853_WEIGHTS = row(
     "5.42937341165687622380535766363e-2 0 0 0 0 4.45031289275240888144113950566 "

@@ -9,8 +9,6 @@ What goes between them are names of files of the cache, one a line: of what is b
 empty line. A process whose input ends is alone: the other one has ended, however.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -14,8 +14,6 @@ from .number_types import SCALAR, NumberType
 from .recorded import Recorded
 from .signatures import Signature
 
-__all__ = ["Bound", "bind"]
-
 
 @dataclass(frozen=True)
 class Bound:
@@ -47,13 +45,13 @@ class Bound:
             return self.recorded
         return machine_code(self.recorded, self.signature.of(number_type))
 
-    def call(self, compiled: bool = True, number_type: NumberType = SCALAR, **values: Any) -> Call:
+    def call(self, compiled: bool = True, number_type: NumberType = SCALAR, **values) -> Call:
         """Return the function as Python calls it, with some arguments given.
 
         Functions among them, and in tuples, are `Bound`.
         """
 
-        def entries(value: Any) -> Any:
+        def entries(value):
             if isinstance(value, tuple):
                 return tuple(entries(member) for member in value)
             return value.entry(compiled, number_type) if isinstance(value, Bound) else value

@@ -97,7 +97,7 @@ class StampedCache(NullCache):
     at the same time do not meet.
     """
 
-    def __init__(self, py_func: Any, fingerprint: str, on_miss: Callable[[], None]) -> None:
+    def __init__(self, py_func, fingerprint: str, on_miss: Callable[[], None]) -> None:
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = cache_folder()
         self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
@@ -108,7 +108,7 @@ class StampedCache(NullCache):
     def cache_path(self) -> str:
         return str(self._folder)
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig, target_context) -> Any:
         path = self._path(sig, target_context.codegen())
         code = self._code(path, sig, target_context)
         if code is None and not _failures and (beside := other(path.name, self._kernel)):
@@ -120,7 +120,7 @@ class StampedCache(NullCache):
             self._on_miss()
         return code
 
-    def _code(self, path: Path, sig: Any, target_context: Any) -> Any:
+    def _code(self, path: Path, sig, target_context):
         """Return the code that a file holds; None if there is none."""
         # Nothing of what numba knows about types is needed to load code: it takes 0.3 s to import.
         try:
@@ -135,7 +135,7 @@ class StampedCache(NullCache):
         same = code is not None and tuple(code.signature.args) == tuple(getattr(sig, "args", sig))
         return code if same else None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig, data) -> None:
         path = self._path(sig, data.codegen)
         try:
             if not (data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)):
@@ -152,12 +152,12 @@ class StampedCache(NullCache):
         for path in self._folder.glob(f"{self._base}.*.nbc"):
             path.unlink(missing_ok=True)
 
-    def _path(self, sig: Any, codegen: Any) -> Path:
+    def _path(self, sig, codegen) -> Path:
         key = (sig, codegen.magic_tuple(), self._fingerprint)
         digest = hashlib.sha256(repr(key).encode()).hexdigest()
         return self._folder / f"{self._base}.{digest[:16]}.nbc"
 
-    def _load(self, path: Path) -> Any:
+    def _load(self, path: Path):
         private_folder(self._folder)  # what is in it is unpickled
         if not path.is_file():  # nor a FIFO, which would wait for ever
             return None
@@ -181,7 +181,7 @@ def _note(failure: OSError) -> None:
 
 
 def make_cache(
-    py_func: Any, fingerprint: str, on_miss: Callable[[], None]
+    py_func, fingerprint: str, on_miss: Callable[[], None]
 ) -> StampedCache | UnkeptCache:
     """Return a cache on the disk, or none where there is no place for it."""
     try:
@@ -197,5 +197,5 @@ class UnkeptCache(NullCache):
     def __init__(self, on_miss: Callable[[], None]) -> None:
         self._on_miss = on_miss
 
-    def load_overload(self, sig: Any, target_context: Any) -> None:
+    def load_overload(self, sig, target_context) -> None:
         self._on_miss()

@@ -20,8 +20,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-__all__ = ["Call", "Code"]
-
 _RETURNED, _RETURNED_NONE = 0, -2  # of numba's codes, those that are no errors
 
 
@@ -33,7 +31,7 @@ class Code:
     dispatcher: Any
     signature: Any
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments) -> Any:
         """Return what the code returns; to call it often, make a `Call`."""
         named = {str(i): argument for i, argument in enumerate(arguments)}
         return Call(self, tuple(named), self)(**named)
@@ -92,7 +90,7 @@ class Call:
         """Return a block or a function as it is set."""
         return self._values[name]
 
-    def set(self, **values: Any) -> None:
+    def set(self, **values) -> None:
         """Change arguments; blocks and functions are held until they are changed again."""
         self._change(values)
 
@@ -120,7 +118,7 @@ class Call:
             else:
                 raise TypeError(f"{name}: expected a {kind.__name__}, got {value!r}")
 
-    def __call__(self, **values: Any) -> Any:
+    def __call__(self, **values) -> Any:
         """Change arguments, and return what the function returns of them all."""
         self._change(values)
         if self._code is None:
@@ -161,7 +159,7 @@ _CALLED = 2
 
 
 @functools.cache
-def _frame_of(signature: Any) -> _Frame:
+def _frame_of(signature) -> _Frame:
     from numba.core import types
 
     from ..numbers.typing_addresses import ADDRESSES

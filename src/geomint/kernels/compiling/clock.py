@@ -1,13 +1,9 @@
 """A clock for runs: time that a thread has waited for code is none."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-
-__all__ = ["running_clock", "standing_still"]
 
 _waits = threading.local()
 

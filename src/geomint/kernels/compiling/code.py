@@ -4,17 +4,13 @@ numba freezes what a function finds by a global name, in a closure cell, or as a
 module. Here is which names those are; `geomint.kernels.compiling.fingerprint` looks the values up.
 """
 
-from __future__ import annotations
-
 import dis
 import functools
 import hashlib
 import struct
 import types
 from collections.abc import Iterator
-from typing import Any, NamedTuple
-
-__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "paths_in", "reads"]
+from typing import NamedTuple
 
 CONSTANTS = (type(None), type(...), bool, int, float, complex, str, bytes)
 
@@ -48,7 +44,7 @@ def framed(*pieces: bytes) -> bytes:
     return b"".join(len(piece).to_bytes(8, "little") + piece for piece in pieces)
 
 
-def constant(value: Any) -> bytes:
+def constant(value) -> bytes:
     """Return a constant of code as bytes: the same in every process, others for another type or bit."""
     cls = type(value)
     name = cls.__name__.encode()

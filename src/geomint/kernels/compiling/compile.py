@@ -5,8 +5,6 @@ fields, by row count: a field whose row count is a constant is unrolled by LLVM 
 faster at n = 3), while its signature stays the same for every stepper.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import signal
@@ -37,8 +35,6 @@ from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .linked import linked
 from .recorded import Recorded
 
-__all__ = ["compile_function", "functions_asked", "listen", "make_dispatcher"]
-
 _njit: Any = numba.njit
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -65,7 +61,7 @@ if hasattr(os, "register_at_fork"):
 
 
 @typeof_impl.register(Recorded)
-def _typeof_recorded(value: Recorded, c: Any) -> Any:
+def _typeof_recorded(value: Recorded, c):
     return types.Dispatcher(value.made(make_dispatcher))
 
 
@@ -109,7 +105,7 @@ def make_dispatcher(recorded: Recorded) -> Any:
     if jitted:
         template = dispatcher.get_call_template
 
-        def checked(args: Any, kws: Any) -> Any:
+        def checked(args, kws):
             refuse_modules(recorded, (*args, *dict(kws).values()))
             return template(args, kws)
 
@@ -117,12 +113,12 @@ def make_dispatcher(recorded: Recorded) -> Any:
     return dispatcher
 
 
-def _entry(recorded: Recorded) -> Any:
+def _entry(recorded: Recorded):
     """Return the dispatcher of what is called by its address: the one with a cache."""
     return recorded.made(_make_entry)
 
 
-def _make_entry(recorded: Recorded) -> Any:
+def _make_entry(recorded: Recorded):
     dispatcher: Any = _njit(**_OPTIONS)(_unique(recorded))
     jitted = isinstance(dispatcher, Dispatcher)
     if jitted:
@@ -141,7 +137,7 @@ def _make_entry(recorded: Recorded) -> Any:
     return dispatcher
 
 
-def compile_function(recorded: Recorded, signature: Any) -> Any:
+def compile_function(recorded: Recorded, signature) -> Any:
     """Return the code of `recorded`, compiled for `signature` or found in the cache.
 
     What the function reaches is looked at in each call: after a change it is other code. With
@@ -210,7 +206,7 @@ def _ctrl_c_later() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def _compile(dispatcher: Any, name: str, signature: Any) -> None:
+def _compile(dispatcher, name: str, signature) -> None:
     if signature.args in dispatcher.overloads:
         return
     misses = sum(dispatcher.stats.cache_misses.values())

@@ -1,7 +1,5 @@
 """Recorded functions as machine code, with the errors that users are to see."""
 
-from __future__ import annotations
-
 import functools
 import os
 import re
@@ -9,8 +7,6 @@ from typing import Any
 
 from ...errors import DeclarationError, SpeedWarning, tell
 from .recorded import Recorded
-
-__all__ = ["compiled", "reason_of"]
 
 # What numba says of numbers of which there are eight, and what to write.
 _SELECT = "`if`, `and`, `or` and `not` do not take numbers of the state: gi.select(condition, x, y)"
@@ -36,7 +32,7 @@ _ADVICE = (
 )
 
 
-def compiled(function: Recorded, signature: Any) -> Any:
+def compiled(function: Recorded, signature) -> Any:
     """Return a function compiled for a signature: found, or made if it is new or reaches new values.
 
     Every run begins with this for each of its functions, and holds what it got.

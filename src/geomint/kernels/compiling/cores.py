@@ -1,10 +1,6 @@
 """How many things can be done at once."""
 
-from __future__ import annotations
-
 import os
-
-__all__ = ["cores"]
 
 
 def cores() -> int:

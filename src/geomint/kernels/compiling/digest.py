@@ -3,8 +3,6 @@
 `geomint.kernels.compiling.sameness` compares two values of one process; this one can be written down.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import sys
@@ -21,14 +19,12 @@ from .code import CONSTANTS, constant, framed
 from .sameness import contents, made_of, parts_of
 from .walk import Wrapped
 
-__all__ = ["digest", "source_stamp", "versions_of_numbers"]
-
 # What is told by its name: the stamp and the versions below say which it is.
 _STAMPED = {"geomint", "numpy", "scipy", "numba", "llvmlite", "mpmath", *sys.stdlib_module_names}
 _IN_CLASSES = (types.FunctionType, property, classmethod, staticmethod, *CONSTANTS)
 
 
-def digest(value: Any) -> str:
+def digest(value) -> str:
     """Return 32 digits of what a value is made of: arrays bit by bit, functions by their code."""
     return _Digests().of(value).hex()[:32]
 
@@ -39,7 +35,7 @@ class _Digests:
     def __init__(self) -> None:
         self._met: dict[int, tuple[bytes, Any]] = {}  # with the value, so that its id stays its own
 
-    def of(self, value: Any) -> bytes:
+    def of(self, value) -> bytes:
         if isinstance(value, np.generic):
             value = value.item()  # what a user computed is what a user wrote
         if type(value) in CONSTANTS:
@@ -51,7 +47,7 @@ class _Digests:
         self._met[id(value)] = found, value
         return found
 
-    def _content(self, value: Any) -> bytes:
+    def _content(self, value) -> bytes:
         if isinstance(value, types.ModuleType):
             return framed(b"module", value.__name__.encode())
         if isinstance(value, type):
@@ -89,11 +85,11 @@ class _Digests:
         return framed(b"class", _name(kind), *bases, *code)
 
 
-def _stamped(module: Any) -> bool:
+def _stamped(module) -> bool:
     return isinstance(module, str) and module.partition(".")[0] in _STAMPED
 
 
-def _name(value: Any) -> bytes:
+def _name(value) -> bytes:
     names = (getattr(value, name, "") for name in ("__module__", "__qualname__", "__name__"))
     return " ".join(map(str, (type(value).__name__, *names))).encode()
 

@@ -6,8 +6,6 @@ and where each value was found is kept. `Reach.holds` looks there again: for the
 for the same content of those that can be changed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import os
@@ -16,8 +14,6 @@ from typing import Any
 
 from .code import framed
 from .walk import MISSING, Walk, content_of
-
-__all__ = ["Reach", "fingerprint"]
 
 _changes = itertools.count()
 _process = os.urandom(16)
@@ -40,7 +36,7 @@ class Reach:
         All that are reached outside of the kernel layer and of libraries.
     """
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function) -> None:
         walk = Walk()
         walk.value(function)
         walk.follow_modules()

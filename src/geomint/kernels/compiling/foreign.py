@@ -5,8 +5,6 @@ A function that numba has compiled by itself (``njit``, ``vectorize``, an overlo
 moment. numba's own, of which the version is known, and those of the kernel layer are welcome.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from types import FunctionType
 from typing import Any
@@ -49,14 +47,14 @@ def refuse_foreign(recorded: Recorded) -> None:
             raise DomainError(place, value, VALUES)
 
 
-def _has_type(value: Any) -> bool:
+def _has_type(value) -> bool:
     try:
         return typeof(value, Purpose.constant) is not None
     except Exception:  # whatever an unknown object makes of it
         return False
 
 
-def _is_own(template: Any) -> bool:
+def _is_own(template) -> bool:
     """Tell whether an implementation of a function is numba's or the kernel layer's."""
     of = vars(template)
     function = of.get("_overload_func") or of.get("_definition_func") or of.get("generic")
@@ -65,7 +63,7 @@ def _is_own(template: Any) -> bool:
     return all(f"{home}.".startswith(OWN) for home in homes or [template.__module__])
 
 
-def _with_closure(function: Any) -> list[FunctionType]:
+def _with_closure(function) -> list[FunctionType]:
     """Return a function and those that it closes over: what `register_jitable` is given is there."""
     if not isinstance(function, FunctionType):
         return []

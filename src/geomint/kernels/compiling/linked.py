@@ -5,8 +5,6 @@ are only linked into the code of a caller, where both is done once more: half of
 took. A library here does so when an address or its object code is asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, ClassVar
@@ -80,7 +78,7 @@ class Linked(JITCodeLibrary):
         self._make()
         return bool(super().has_dynamic_globals)
 
-    def _get_compiled_object(self) -> Any:
+    def _get_compiled_object(self):
         self._make()
         return super()._get_compiled_object()
 
@@ -96,7 +94,7 @@ def linked() -> Iterator[None]:
     with global_compiler_lock:
         plain, set_env = codegen._library_class, codegen.set_env
 
-        def set_later(name: str, environment: Any) -> None:
+        def set_later(name: str, environment) -> None:
             """Tell a function where its constants are, once it has an address."""
             Linked.environments[name] = environment
             if codegen._engine.is_symbol_defined(name):

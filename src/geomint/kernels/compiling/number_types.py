@@ -7,16 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = [
-    "EXTENDED",
-    "LANE",
-    "SCALAR",
-    "NumberType",
-    "members",
-    "tangent",
-    "tangent_lanes",
-]
-
 
 @dataclass(frozen=True, repr=False)
 class NumberType:

@@ -1,7 +1,5 @@
 """The user's cache folder: nobody else may write to it, for what is in it is unpickled and run."""
 
-from __future__ import annotations
-
 import errno
 import functools
 import os

@@ -42,7 +42,7 @@ class Recorded(Sendable, Wrapped):
         self._reach: Reach | None = None
         self._made: dict[str, tuple[str, Any]] = {}
 
-    def __call__(self, *args: Any, **named: Any) -> Any:
+    def __call__(self, *args, **named) -> Any:
         return self.function(*args, **named)
 
     __eq__ = object.__eq__  # what it reaches may change

@@ -1,7 +1,5 @@
 """Whether two values are made of the same: arrays bit by bit, functions by code and what they hold."""
 
-from __future__ import annotations
-
 import dataclasses
 import types
 from collections.abc import Mapping
@@ -11,8 +9,6 @@ import numpy as np
 
 from .code import described
 from .walk import Wrapped
-
-__all__ = ["Compared", "contents", "made_of", "parts_of", "same"]
 
 
 class Compared:
@@ -31,12 +27,12 @@ class Compared:
         return _fields(self) if dataclasses.is_dataclass(self) else list(vars(self).items())
 
 
-def same(one: Any, other: Any) -> bool:
+def same(one, other) -> bool:
     """Tell whether two values are equal, with functions and arrays anywhere in them."""
     return _same(one, other, {})
 
 
-def _same(one: Any, other: Any, met: dict[tuple[int, int], Any]) -> bool:
+def _same(one, other, met: dict[tuple[int, int], Any]) -> bool:
     if one is other:
         return True
     if type(one) is not type(other):
@@ -59,7 +55,7 @@ def _same(one: Any, other: Any, met: dict[tuple[int, int], Any]) -> bool:
     )
 
 
-def parts_of(value: Any) -> Any:
+def parts_of(value) -> Any:
     """Return what a value is made of, to be compared in turn; None for one that `==` compares."""
     if isinstance(value, np.ndarray):
         plain = type(value) is np.ndarray and not value.dtype.hasobject
@@ -84,12 +80,12 @@ def parts_of(value: Any) -> Any:
     return attributes if compared else made_of(value)
 
 
-def _compares(kind: Any) -> bool:
+def _compares(kind) -> bool:
     """Tell whether values of a type are compared by more than identity."""
     return kind.__eq__ is not object.__eq__
 
 
-def made_of(value: Any) -> list[Any] | None:
+def made_of(value) -> list[Any] | None:
     """Return what pickle would make a value of again; None for what it finds by name, or refuses."""
     try:
         made = value.__reduce_ex__(4)
@@ -100,14 +96,14 @@ def made_of(value: Any) -> list[Any] | None:
     return [*made[:3], *(list(items) for items in made[3:5] if items is not None)]
 
 
-def _attributes(value: Any) -> list[Any] | None:
+def _attributes(value) -> list[Any] | None:
     if isinstance(value, Compared):
         return value._compared()
     own = dataclasses.is_dataclass(value) and not isinstance(value, type)
     return _fields(value) if own else None
 
 
-def _fields(value: Any) -> list[Any]:
+def _fields(value) -> list[Any]:
     return [getattr(value, each.name) for each in dataclasses.fields(value) if each.compare]
 
 

@@ -8,8 +8,6 @@ same code, so that it finds the compiled code in the cache as well. Functions of
 have no module to import; they are sent by cloudpickle, where that is installed.
 """
 
-from __future__ import annotations
-
 import copy
 import copyreg
 import functools
@@ -55,7 +53,7 @@ class Sendable(Compared):
 
 
 class _Pickler(pickle.Pickler):
-    def reducer_override(self, value: Any) -> Any:
+    def reducer_override(self, value) -> Any:
         if isinstance(value, types.FunctionType) and value.__module__ != __name__:
             return _reduced(value)
         if isinstance(value, Wrapped):
@@ -67,7 +65,7 @@ class _Pickler(pickle.Pickler):
         return NotImplemented
 
 
-def sent(value: Any) -> bytes:
+def sent(value) -> bytes:
     """Return the bytes of a value, functions included.
 
     Raises
@@ -91,7 +89,7 @@ def kept(content: bytes) -> Any:
     return pickle.loads(content)
 
 
-def _found(module: str, name: str) -> Any:
+def _found(module: str, name: str):
     """Return what a module has under a qualified name; None if there is nothing."""
     value: Any = importlib.import_module(module)
     for part in name.split("."):  # also of classes
@@ -99,7 +97,7 @@ def _found(module: str, name: str) -> Any:
     return value
 
 
-def _there(module: str, name: str, digest: bytes, whole: bool) -> Any:
+def _there(module: str, name: str, digest: bytes, whole: bool):
     """Return a function of a module, or all that it is wrapped in, if its code is the sender's."""
     found = _imported(module, name)
     code = getattr(_unwrapped(found), "__code__", None)
@@ -108,7 +106,7 @@ def _there(module: str, name: str, digest: bytes, whole: bool) -> Any:
     return found if whole else _unwrapped(found)
 
 
-def _imported(module: str, name: str) -> Any:
+def _imported(module: str, name: str):
     """Return what a module has in the process that receives it, or raise `SendingError`."""
     try:
         return _found(module, name)
@@ -116,14 +114,14 @@ def _imported(module: str, name: str) -> Any:
         raise SendingError(name, module, f"cannot be imported: {error!r}") from error
 
 
-def _unwrapped(value: Any) -> Any:
+def _unwrapped(value):
     """Return the function in a recorded or cached one, or in a method of a class."""
     while not isinstance(value, types.FunctionType) and hasattr(value, "__wrapped__"):
         value = value.__wrapped__
     return value
 
 
-def _by_name(module: str, name: str) -> Any:
+def _by_name(module: str, name: str):
     return _unwrapped(_found(module, name))
 
 
@@ -134,12 +132,12 @@ def _importable(function: types.FunctionType) -> bool:
     return own and (function.__module__ != "__main__" or _is_script(known))
 
 
-def _is_script(main: Any) -> bool:
+def _is_script(main) -> bool:
     """Tell whether spawned processes import it too, as multiprocessing does with scripts."""
     return getattr(main, "__file__", None) is not None and not cloudpickle()
 
 
-def _reduced_recorded(recorded: Wrapped) -> Any:
+def _reduced_recorded(recorded: Wrapped):
     function = recorded.function
     if _importable(function) and "<locals>" not in function.__qualname__:
         module, name = function.__module__, _name_in(function.__module__, recorded)
@@ -148,7 +146,7 @@ def _reduced_recorded(recorded: Wrapped) -> Any:
     return type(recorded), (function, recorded.inline)
 
 
-def _name_in(module: str, value: Any) -> str | None:
+def _name_in(module: str, value) -> str | None:
     """Return the name under which a module has a value: its own, or another."""
     name = getattr(value, "__qualname__", "")
     if _found(module, name) is value:
@@ -157,7 +155,7 @@ def _name_in(module: str, value: Any) -> str | None:
     return next((key for key, found in space.items() if found is value), None)
 
 
-def _reduced(function: types.FunctionType) -> Any:
+def _reduced(function: types.FunctionType):
     if _importable(function):
         module, name = function.__module__, function.__qualname__
         digest = _digest(function)

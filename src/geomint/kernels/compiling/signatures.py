@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import Any
+from typing import Any, get_type_hints
 
 from .number_types import NumberType
 
@@ -36,7 +36,7 @@ __all__ = [
     "OfType",
     "Signature",
     "advance",
-    "counted",
+    "of_header",
     "of_stepper",
     "takes",
 ]
@@ -112,7 +112,7 @@ class Functions:
 
 
 @functools.cache
-def _of(signature: Signature, number_type: NumberType) -> Any:
+def _of(signature: Signature, number_type: NumberType):
     from numba.core import types
 
     with warnings.catch_warnings():
@@ -185,8 +185,24 @@ def ADDRESSES(number_type: NumberType) -> Any:  # noqa: N802 - a kind as the oth
 STEPPED = replace(_ADVANCE, arguments=(("functions", ADDRESSES), *_ADVANCE.arguments))
 
 
-def of_stepper(**arguments: Kind) -> Signature:
-    """Return the signature of what drives a stepper: it, and all that it takes up to its rows."""
-    names = [name for name, _ in STEPPED.arguments]
-    taken = STEPPED.arguments[: names.index("rows") + 1]
-    return Signature((("advance", STEPPED), *taken, *arguments.items()), counted)
+_WRITTEN: dict[Any, Kind] = {int: WHOLE, float: REAL}
+
+
+def of_header(recorded: Any, **others: Kind) -> Signature:
+    """Return the signature that a kernel's header says: whole numbers, float64 ones, and else blocks.
+
+    Arguments of other kinds are given by name. It returns nothing, or what a stepper returns.
+    """
+    code, written = recorded.function.__code__, get_type_hints(recorded.function)
+    names = code.co_varnames[: code.co_argcount]
+    kinds: dict[str, Kind] = {name: _WRITTEN.get(written.get(name), BLOCK) for name in names}
+    assert others.keys() <= kinds.keys()
+    result = None if written["return"] is type(None) else counted
+    return Signature(tuple({**kinds, **others}.items()), result)
+
+
+def of_stepper(recorded: Any, **others: Kind) -> Signature:
+    """Return the signature of what drives a stepper: it takes that, and all of its up to its rows."""
+    taken = dict(STEPPED.arguments)
+    names = [*taken][: [*taken].index("rows") + 1]
+    return of_header(recorded, advance=STEPPED, **{name: taken[name] for name in names}, **others)

@@ -10,8 +10,6 @@ What numba has compiled by itself keeps values where nobody can look: it is list
 hashed. Values without a numba type cannot be part of compiled code and count with their type alone.
 """
 
-from __future__ import annotations
-
 import builtins
 import ctypes
 import enum
@@ -68,10 +66,10 @@ class Walk:
         self._modules: dict[int, types.ModuleType] = {}
         self._words: set[str] = set()
 
-    def put(self, *words: Any) -> None:
+    def put(self, *words) -> None:
         self.pieces.append(framed(*(w if isinstance(w, bytes) else str(w).encode() for w in words)))
 
-    def value(self, value: Any) -> None:
+    def value(self, value) -> None:
         """Count a value with its content."""
         cls = type(value)
         if cls in CONSTANTS:
@@ -174,7 +172,7 @@ class Walk:
         self.put("path", path.cell, *words)
         self.value(found)
 
-    def _global(self, space: dict[str, Any], name: str, watched: bool) -> Any:
+    def _global(self, space: dict[str, Any], name: str, watched: bool):
         for names in (space, vars(builtins)):
             found = names.get(name, MISSING)
             if watched:
@@ -183,7 +181,7 @@ class Walk:
                 break
         return found
 
-    def _attribute(self, module: types.ModuleType, word: str, watched: bool) -> Any:
+    def _attribute(self, module: types.ModuleType, word: str, watched: bool):
         found = _read(module, word)
         present = vars(module).get(word, MISSING)
         if watched:
@@ -192,10 +190,10 @@ class Walk:
                 self.tests.append(lambda: _read(module, word) is found)
         return found
 
-    def _watch(self, space: dict[str, Any], name: str, value: Any) -> None:
+    def _watch(self, space: dict[str, Any], name: str, value) -> None:
         self.names[id(space), name] = (space, name, value)
 
-    def _met(self, value: Any) -> bool:
+    def _met(self, value) -> bool:
         """Tell whether a value was met before, and if so count it as that one."""
         if id(value) in self._numbers:
             self.put("again", self._numbers[id(value)][0])
@@ -203,7 +201,7 @@ class Walk:
         self._numbers[id(value)] = (len(self._numbers), value)
         return False
 
-    def _container(self, value: Any) -> None:
+    def _container(self, value) -> None:
         cls = type(value)
         self.put("container", _name(cls), getattr(value, "_fields", ""))
         if isinstance(value, list | dict | set):
@@ -223,7 +221,7 @@ class Walk:
         for item in items:
             self.value(item)
 
-    def _unordered(self, value: Any) -> None:
+    def _unordered(self, value) -> None:
         """Count the items of a set in the order of their bytes: their own depends on the process."""
         before, found = self.pieces, []
         for item in value:
@@ -233,7 +231,7 @@ class Walk:
         self.pieces = before
         self.put("set", *sorted(found))
 
-    def _array(self, value: Any) -> None:
+    def _array(self, value) -> None:
         cls = type(value)
         if (
             value.dtype.hasobject
@@ -266,7 +264,7 @@ class Walk:
         else:
             self.others.append((self._place, value))
 
-    def _numba(self, value: Any) -> None:
+    def _numba(self, value) -> None:
         """Count an object of numba: a type, or something compiled, of numba's own or of others."""
         from numba.core import types as numba_types
 
@@ -277,7 +275,7 @@ class Walk:
         elif not function or home_of(function).partition(".")[0] != "numba":
             self.compiled.append((self._place, value))
 
-    def _other(self, value: Any) -> None:
+    def _other(self, value) -> None:
         self.put("other", _name(type(value)))
         if isinstance(value, _CALLABLES):
             self.put(value.__name__, getattr(value, "__module__", ""))
@@ -309,14 +307,14 @@ def _name(cls: type) -> str:
     return f"{cls.__module__}.{cls.__qualname__}"
 
 
-def _read(module: types.ModuleType, word: str) -> Any:
+def _read(module: types.ModuleType, word: str):
     try:
         return getattr(module, word)
     except Exception:  # a module may make attributes, and fail at it, in any way
         return MISSING
 
 
-def content_of(cell: Any) -> Any:
+def content_of(cell) -> Any:
     """Return what a closure cell holds, `MISSING` if nothing yet."""
     try:
         return cell.cell_contents
@@ -334,9 +332,9 @@ def _unchanged(value: list[Any] | dict[Any, Any] | set[Any]) -> Callable[[], boo
     return lambda: len(now := items()) == len(before) and all(map(operator.is_, now, before))
 
 
-def _array_state(value: Any) -> tuple[Any, ...]:
+def _array_state(value) -> tuple[Any, ...]:
     return value.dtype, value.shape, value.strides, value.flags.writeable, value.tobytes()
 
 
-def _pointer_state(value: Any) -> tuple[Any, ...]:
+def _pointer_state(value) -> tuple[Any, ...]:
     return getattr(value, "restype", None), getattr(value, "argtypes", None)

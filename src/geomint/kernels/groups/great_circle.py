@@ -3,8 +3,6 @@
 Both give increments, so that they can be added with compensation, and work in any dimension.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -21,7 +19,7 @@ B1, B2, B3, B4, B5, B6 = (1 / math.factorial(2 * k + 2) * (-1) ** k for k in ran
 
 
 @helper
-def short_series(x: Any, c0: Any, c1: Any, c2: Any, c3: Any, c4: Any, c5: Any, c6: Any) -> Any:
+def short_series(x, c0, c1, c2, c3, c4, c5, c6) -> Any:
     """Return ``Σ_k c_k x^k`` for small x, by a tree: half as long as Horner's chain."""
     x2 = x * x
     low = fma(x2, fma(x, c3, c2), fma(x, c1, c0))
@@ -29,7 +27,7 @@ def short_series(x: Any, c0: Any, c1: Any, c2: Any, c3: Any, c4: Any, c5: Any, c
 
 
 @helper
-def turn_coefficients(s: Any) -> Any:
+def turn_coefficients(s) -> Any:
     """Return ``sin θ/θ`` and ``(1 − cos θ)/θ²`` for θ² = s, without cancellation at any angle.
 
     Up to `SMALL` by polynomials in s, for the sine function would take as long as all the rest of a
@@ -46,7 +44,7 @@ def turn_coefficients(s: Any) -> Any:
 
 
 @helper
-def great_circle(h: Any, y: Any, out: Any) -> None:
+def great_circle(h, y, out) -> None:
     """Write the increment of the flow of ½(p, p) on T*S^(n−1) over h, y = (q, p).
 
     ::
@@ -89,7 +87,7 @@ def great_circle(h: Any, y: Any, out: Any) -> None:
 
 
 @helper
-def kick_along_sphere(h: Any, y: Any, out: Any) -> None:
+def kick_along_sphere(h, y, out) -> None:
     """Write the increment ``p −= h (f − (q, f) q)``; f = ∂V/∂q is taken from the last rows of `out`."""
     n = len(y) // 2
     normal = y[0] * out[n]

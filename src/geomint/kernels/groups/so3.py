@@ -4,8 +4,6 @@ The hat map is ``x̂ v = x × v``; exp(x̂) turns by |x| about x, cay(x̂) by 2 
 ``[number of vectors]``.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper
@@ -28,7 +26,7 @@ CHART = 6.0
 
 
 @helper
-def rotation_coefficients(s: Any) -> Any:
+def rotation_coefficients(s) -> Any:
     """Return ``sin θ/θ`` and ``(1 − cos θ)/θ²`` for θ² = s, below `SMALL` by series.
 
     The second is ½ (sin(θ/2)/(θ/2))²: no cancellation at any angle. The series are split into even
@@ -53,7 +51,7 @@ def rotation_coefficients(s: Any) -> Any:
 
 
 @helper
-def turn(a: Any, b: Any, xi: Any, y: Any, out: Any) -> None:
+def turn(a, b, xi, y, out) -> None:
     """Write ``a ξ×v + b ξ×(ξ×v)`` for each vector v of the state."""
     x0, x1, x2 = xi[0], xi[1], xi[2]
     for i in range(0, len(y), 3):
@@ -67,21 +65,21 @@ def turn(a: Any, b: Any, xi: Any, y: Any, out: Any) -> None:
 
 
 @helper
-def so3_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+def so3_act(layout, xi, y, out, work) -> None:
     """Write ``(exp(ξ̂) − 1) v`` for each vector v of the state."""
     a, b = rotation_coefficients(xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2])
     turn(a, b, xi, y, out)
 
 
 @helper
-def so3_cayley(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+def so3_cayley(layout, xi, y, out, work) -> None:
     """Write ``(cay(ξ̂) − 1) v = (ξ×v + ½ ξ×(ξ×v)) / (1 + |ξ|²/4)`` for each vector v."""
     a = 1.0 / (1.0 + 0.25 * (xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2]))
     turn(a, 0.5 * a, xi, y, out)
 
 
 @helper
-def so3_bracket(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
+def so3_bracket(layout, x, y, out, work) -> None:
     """Write x × y."""
     x0, x1, x2, y0, y1, y2 = x[0], x[1], x[2], y[0], y[1], y[2]
     out[0] = x1 * y2 - x2 * y1
@@ -90,7 +88,7 @@ def so3_bracket(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @helper
-def dexpinv_coefficient(s: Any) -> Any:
+def dexpinv_coefficient(s) -> Any:
     """Return ``c = (1 − (θ/2) cot(θ/2)) / θ²`` for θ² = s; NaN beyond `CHART`.
 
     ``dexp_u⁻¹ v = v − ½ [u, v] + c [u, [u, v]]`` on SO(3), θ = |u|. Above `SMALL` the error of c θ²
@@ -112,7 +110,7 @@ def dexpinv_coefficient(s: Any) -> Any:
 
 
 @helper
-def so3_dexpinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+def so3_dexpinv(layout, u, v, out, work) -> None:
     """Write ``dexp_u⁻¹ v = v − ½ u×v + c u×(u×v)``; NaN where u turns by more than `CHART`."""
     c = dexpinv_coefficient(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     turn(-0.5, c, u, v, out)
@@ -121,7 +119,7 @@ def so3_dexpinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
 
 
 @helper
-def so3_dcayinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+def so3_dcayinv(layout, u, v, out, work) -> None:
     """Write ``dcay_u⁻¹ v = v − ½ u×v + ¼ (u, v) u``."""
     u0, u1, u2, v0, v1, v2 = u[0], u[1], u[2], v[0], v[1], v[2]
     along = 0.25 * (u0 * v0 + u1 * v1 + u2 * v2)

@@ -9,10 +9,6 @@ of X ↦ E X Eᵀ), `FRAME` (an n×n matrix g, row after row, g ↦ g Eᵀ), whe
 (r ↦ r + ξ_r, m rows: the last piece).
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, maximum, select, top
 from ..numbers.blocks import part
@@ -42,7 +38,7 @@ def so_n_work(n: int) -> int:
 
 
 @helper
-def unpack_skew(n: int, flat: Any, full: Any) -> None:
+def unpack_skew(n: int, flat, full) -> None:
     """Write the n×n matrix of a flat upper triangle."""
     at = 0
     for i in range(n):
@@ -54,7 +50,7 @@ def unpack_skew(n: int, flat: Any, full: Any) -> None:
 
 
 @helper
-def multiply(n: int, x: Any, y: Any, out: Any) -> None:
+def multiply(n: int, x, y, out) -> None:
     """Write the product of two n×n matrices; `out` must be neither of them."""
     for i in range(n):
         for j in range(n):
@@ -65,9 +61,7 @@ def multiply(n: int, x: Any, y: Any, out: Any) -> None:
 
 
 @helper
-def polynomial_term(
-    n: int, c0: float, c1: float, c2: float, x: Any, x2: Any, product: Any, out: Any
-) -> None:
+def polynomial_term(n: int, c0: float, c1: float, c2: float, x, x2, product, out) -> None:
     """Write ``product + c0 + c1 x + c2 x²``."""
     for i in range(n * n):
         out[i] = product[i] + (c1 * x[i] + c2 * x2[i])
@@ -76,7 +70,7 @@ def polynomial_term(
 
 
 @helper
-def orthogonalize(n: int, m: Any, gram: Any, out: Any) -> None:
+def orthogonalize(n: int, m, gram, out) -> None:
     """Write E (3 − EᵀE)/2 − 1 for E = 1 + M; `gram` is scratch of the same size."""
     for i in range(n):
         for j in range(n):
@@ -90,7 +84,7 @@ def orthogonalize(n: int, m: Any, gram: Any, out: Any) -> None:
 
 
 @helper
-def exponential_increment(n: int, xi: Any, result: Any, work: Any) -> None:
+def exponential_increment(n: int, xi, result, work) -> None:
     """Write exp(X) − 1 for the skew matrix X of a flat triangle; `work` holds five n×n matrices.
 
     Scaling by powers of two, Taylor's polynomial of degree 12 (five products, Paterson and
@@ -144,7 +138,7 @@ def exponential_increment(n: int, xi: Any, result: Any, work: Any) -> None:
 
 
 @helper
-def so_n_move(layout: Any, xi: Any, m: Any, y: Any, out: Any, work: Any) -> None:
+def so_n_move(layout, xi, m, y, out, work) -> None:
     """Write ``E·y − y`` for every piece of the state, from m = E − 1; two n×n matrices of scratch."""
     n = int(layout[0])
     size = n * n
@@ -186,7 +180,7 @@ def so_n_move(layout: Any, xi: Any, m: Any, y: Any, out: Any, work: Any) -> None
 
 
 @helper
-def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+def so_n_act(layout, xi, y, out, work) -> None:
     """Write ``exp(ξ)·y − y``."""
     n = int(layout[0])
     m = part(work, 0, n * n)
@@ -196,7 +190,7 @@ def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @helper
-def so_n_bracket(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
+def so_n_bracket(layout, x, y, out, work) -> None:
     """Write the commutator ``XY − YX`` of two flat triangles; translations commute."""
     n = int(layout[0])
     a = part(work, 0, n * n)

@@ -5,8 +5,6 @@ than π. Layouts and algebra elements are those of `geomint.kernels.groups.so_n`
 their own coordinates.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper
@@ -23,7 +21,7 @@ CHART = 8.0
 
 
 @helper
-def solve_near_one(n: int, a: Any, b: Any) -> None:
+def solve_near_one(n: int, a, b) -> None:
     """Replace the n×n matrix b by a⁻¹ b, by elimination without pivoting; a is overwritten.
 
     The symmetric part of a must be 1: then so is at least that of every Schur complement, and
@@ -47,7 +45,7 @@ def solve_near_one(n: int, a: Any, b: Any) -> None:
 
 
 @helper
-def so_n_cayley(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+def so_n_cayley(layout, xi, y, out, work) -> None:
     """Write ``cay(ξ)·y − y``, from ``cay(ξ) − 1 = (1 − ξ/2)⁻¹ ξ``; NaN where |ξ| > `CHART`."""
     n = int(layout[0])
     size = n * n
@@ -67,7 +65,7 @@ def so_n_cayley(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @helper
-def so_n_dcayinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+def so_n_dcayinv(layout, u, v, out, work) -> None:
     """Write ``dcay_u⁻¹ v = (1 − u/2) v (1 + u/2) = v − ½ [u, v] − ¼ u v u``: exact, no series."""
     n = int(layout[0])
     size = n * n
@@ -89,7 +87,7 @@ def so_n_dcayinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
 
 
 @helper
-def so_3_dexpinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+def so_3_dexpinv(layout, u, v, out, work) -> None:
     """Write ``dexp_u⁻¹ v = v − ½ [u, v] + c [u, [u, v]]`` for flat triangles of n = 3."""
     c = dexpinv_coefficient(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     bracket = part(work, 18, len(v))
@@ -100,7 +98,7 @@ def so_3_dexpinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
 
 
 @helper
-def so_n_extent(layout: Any, u: Any, work: Any) -> Any:
+def so_n_extent(layout, u, work) -> Any:
     """Return ``Σ u_ij² / CHART²``, i < j: at most 1 where no angle exceeds that of SO(3)'s chart."""
     n = int(layout[0])
     total = 0.0 * u[0]

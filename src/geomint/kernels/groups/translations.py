@@ -1,36 +1,32 @@
 """R^m moving m rows by translation: the algebra is R^m, and nothing is turned."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper
 
-__all__ = ["commute", "endless", "shift", "unchanged"]
-
 
 @helper
-def shift(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+def shift(layout, xi, y, out, work) -> None:
     """Write ξ = (y + ξ) − y."""
     for i in range(len(xi)):
         out[i] = 1.0 * xi[i]
 
 
 @helper
-def commute(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
+def commute(layout, x, y, out, work) -> None:
     """Write 0."""
     for i in range(len(x)):
         out[i] = 0.0 * x[i]
 
 
 @helper
-def unchanged(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+def unchanged(layout, u, v, out, work) -> None:
     """Write v."""
     for i in range(len(v)):
         out[i] = 1.0 * v[i]
 
 
 @helper
-def endless(layout: Any, u: Any, work: Any) -> Any:
+def endless(layout, u, work) -> Any:
     """Return 0: the coordinates end nowhere."""
     return 0.0 * u[0]

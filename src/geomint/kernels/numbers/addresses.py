@@ -4,23 +4,19 @@ numba's functions as arguments have their signature in their type, and so has wh
 they lie in memory, and are given their types where they are called.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
-__all__ = ["function_at", "functions_at", "stepper_at"]
 
-
-def stepper_at(addresses: Any, kind: str) -> Any:
+def stepper_at(addresses, kind: str) -> Any:
     """Return the first function, a stepper of that kind; in plain Python they are a tuple."""
     return addresses[0]
 
 
-def function_at(addresses: Any, place: int, kind: str) -> Any:
+def function_at(addresses, place: int, kind: str) -> Any:
     """Return one of several functions of that kind."""
     return addresses[place]
 
 
-def functions_at(addresses: Any, kind: str) -> Any:
+def functions_at(addresses, kind: str) -> Any:
     """Return the other ones, which the stepper takes."""
     return addresses[1:]

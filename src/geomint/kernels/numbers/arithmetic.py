@@ -6,8 +6,6 @@ on floats, on arrays of any dtype and on mpmath numbers. All of them give the sa
 float64.
 """
 
-from __future__ import annotations
-
 import ctypes
 import ctypes.util
 import math
@@ -17,25 +15,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-
-__all__ = [
-    "NAN",
-    "elementwise",
-    "epsilon",
-    "fma",
-    "is_float64",
-    "lane",
-    "like",
-    "log",
-    "magnitude",
-    "maximum",
-    "plain",
-    "select",
-    "slope_count",
-    "sqrt",
-    "top",
-    "total",
-]
 
 NAN = float("nan")  # what lies outside of a function's domain, to be found at the end of the step
 
@@ -71,7 +50,7 @@ def _fma_float(x: float, y: float, z: float) -> float:
 _fma_array = np.frompyfunc(_fma_float, 3, 1)
 
 
-def is_float64(*values: Any) -> bool:
+def is_float64(*values) -> bool:
     """Tell whether all numbers, or arrays of them, are float64."""
     return all(
         v.dtype == np.float64
@@ -81,7 +60,7 @@ def is_float64(*values: Any) -> bool:
     )
 
 
-def fma(x: Any, y: Any, z: Any) -> Any:
+def fma(x, y, z) -> Any:
     """Return ``x * y + z`` with one rounding (float64; other kinds of number round twice)."""
     if not is_float64(x, y, z):
         own = next((v for v in (x, y, z) if hasattr(v, "fused")), None)
@@ -93,7 +72,7 @@ def fma(x: Any, y: Any, z: Any) -> Any:
     return np.float64(_fma_float(float(x), float(y), float(z)))
 
 
-def elementwise(name: str, x: Any) -> Any:
+def elementwise(name: str, x) -> Any:
     """Return a function of a number, or of each of an array, by its name: of the C library."""
 
     def scalar(value: float) -> float:
@@ -115,7 +94,7 @@ def elementwise(name: str, x: Any) -> Any:
     return getattr(x.context, name)(x)
 
 
-def sqrt(x: Any) -> Any:
+def sqrt(x) -> Any:
     """Square root; NaN for a negative float64."""
     if isinstance(x, float | int):
         return np.float64(math.sqrt(x)) if x >= 0 else np.float64(math.nan)
@@ -124,27 +103,27 @@ def sqrt(x: Any) -> Any:
     return elementwise("sqrt", x)
 
 
-def log(x: Any) -> Any:
+def log(x) -> Any:
     """Natural logarithm, of the C library for float64: −inf at 0, NaN below. No double-doubles."""
     return elementwise("log", x)
 
 
-def maximum(x: Any, y: Any) -> Any:
+def maximum(x, y) -> Any:
     """Return the larger of two numbers, lane by lane; NaN where either is NaN."""
     return select(x > y, x, select(x >= x, y, x))
 
 
-def plain(x: Any) -> Any:
+def plain(x) -> Any:
     """Return a number without derivatives: the value of a tangent number."""
     return x.value if hasattr(x, "slopes") else x
 
 
-def slope_count(x: Any) -> int:
+def slope_count(x) -> int:
     """Return how many derivatives a number carries: 0 but for tangent numbers."""
     return len(x.slopes) if hasattr(x, "slopes") else 0
 
 
-def magnitude(x: Any) -> Any:
+def magnitude(x) -> Any:
     """Return |x|; of a tangent number the largest of its value and slopes, a number of their kind."""
     if hasattr(x, "slopes"):
         found = abs(x.value)
@@ -154,7 +133,7 @@ def magnitude(x: Any) -> Any:
     return abs(x)
 
 
-def select(condition: Any, x: Any, y: Any) -> Any:
+def select(condition, x, y) -> Any:
     """Return ``x`` where `condition` holds and ``y`` elsewhere, lane by lane."""
     own = next((v for v in (x, y) if hasattr(v, "chosen")), None)
     if own is not None:
@@ -164,7 +143,7 @@ def select(condition: Any, x: Any, y: Any) -> Any:
     return x if condition else y
 
 
-def like(value: Any, example: Any) -> Any:
+def like(value, example) -> Any:
     """Return `value` as a number of the same cls as `example`: in every lane of a lane value."""
     if hasattr(example, "of"):
         return example.of(value)
@@ -173,14 +152,14 @@ def like(value: Any, example: Any) -> Any:
     return type(example)(value) if isinstance(example, np.floating) else value
 
 
-def lane(x: Any, index: int) -> Any:
+def lane(x, index: int) -> Any:
     """Return one lane of a lane value; a plain number is its own only lane."""
     if hasattr(x, "part"):
         return x.part(lambda number: lane(number, index))
     return np.asarray(x)[index] if isinstance(x, np.ndarray) else x
 
 
-def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:
+def _fold(combine: Callable[[Any, Any], Any], x):
     values = list(np.asarray(x))
     while len(values) > 1:
         half = len(values) // 2
@@ -189,7 +168,7 @@ def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:
     return values[0]
 
 
-def top(x: Any) -> Any:
+def top(x) -> Any:
     """Return the largest lane; NaN if any lane is NaN. Of a tangent number that of its value.
 
     A problem's function may use it to leave out what no lane needs, not to compute with: lanes may be
@@ -199,12 +178,12 @@ def top(x: Any) -> Any:
     return _fold(maximum, x) if isinstance(x, np.ndarray) else x
 
 
-def total(x: Any) -> Any:
+def total(x) -> Any:
     """Return the sum of the lanes, added pairwise: ((0+4)+(2+6)) + ((1+5)+(3+7))."""
     return _fold(operator.add, x) if isinstance(x, np.ndarray) else x
 
 
-def epsilon(x: Any) -> float:
+def epsilon(x) -> float:
     """Return the relative spacing of numbers of the cls of `x`; 2⁻⁵² for float64 and lanes."""
     dtype = getattr(x, "dtype", None)
     if dtype is not None:

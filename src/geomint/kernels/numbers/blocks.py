@@ -16,22 +16,6 @@ import numpy.typing as npt
 
 from .lanes import LANES, Lanes
 
-__all__ = [
-    "REST",
-    "Block",
-    "LaneBlock",
-    "as_lanes",
-    "as_numbers",
-    "as_singles",
-    "fixed_rows",
-    "packed",
-    "part",
-    "scalar_block",
-    "section",
-    "sections",
-    "set_lane",
-]
-
 _FLOAT64 = np.dtype(np.float64)
 
 REST = -1  # any negative number of rows of the last part of a layout: all that are left
@@ -88,7 +72,7 @@ class Block:
     def __getitem__(self, row: int) -> Any:
         return self.data[_counted(row)]
 
-    def __setitem__(self, row: int, value: Any) -> None:
+    def __setitem__(self, row: int, value) -> None:
         self.data[_counted(row)] = value
 
     def part(self, start: int, rows: int) -> Block:
@@ -118,7 +102,7 @@ class LaneBlock(Block):
         """Return the numbers, lane after lane and row after row, sharing memory."""
         return Block(self.data.reshape(-1))
 
-    def set_lane(self, row: int, index: int, value: Any) -> None:
+    def set_lane(self, row: int, index: int, value) -> None:
         """Store one of the numbers of a row."""
         self.data[_counted(row), index] = value
 
@@ -130,7 +114,7 @@ def _counted(row: int) -> int:
     return row
 
 
-def as_singles(block: Any) -> Any:
+def as_singles(block) -> Any:
     """Return the memory of a block of eight numbers a row as a block of single ones."""
     return block.as_singles()
 
@@ -140,7 +124,7 @@ def as_numbers(block: Block) -> Block:
     return Block(block.data.reshape(-1))
 
 
-def set_lane(block: Any, row: int, index: int, value: Any) -> None:
+def set_lane(block, row: int, index: int, value) -> None:
     """Store one of the eight numbers of a row."""
     block.set_lane(row, index, value)
 
@@ -160,7 +144,7 @@ def part(block: Block, start: int, rows: int) -> Block:
     return block.part(start, rows)
 
 
-def section(block: Block, layout: Any, name: str) -> Block:
+def section(block: Block, layout, name: str) -> Block:
     """Return a part of a block by its name, sharing memory.
 
     Parameters
@@ -182,12 +166,12 @@ def section(block: Block, layout: Any, name: str) -> Block:
     return block.part(first, len(block) - first if rows < 0 else rows)
 
 
-def sections(block: Block, layout: Any) -> Any:
+def sections(block: Block, layout) -> Any:
     """Return all parts of a block, each as `section` gives it: a named tuple like the layout."""
     return type(layout)(*(section(block, layout, name) for name in layout._fields))
 
 
-def packed(layout: Any, /, **values: Any) -> Block:
+def packed(layout, /, **values) -> Block:
     """Return a block of the numbers given for each part of a layout.
 
     A last part of `REST` rows has as many as there are numbers for it.
@@ -215,7 +199,7 @@ def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
     return block.as_lanes(start, rows)
 
 
-def fixed_rows(block: Any, rows: int | None) -> Any:
+def fixed_rows(block, rows: int | None) -> Any:
     """Return the block; compiled, its row count becomes a constant, and loops over it unroll.
 
     With None it stays what it is, and may be something else than a block.

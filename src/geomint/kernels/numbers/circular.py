@@ -8,15 +8,11 @@ With k the nearest whole number to 2x/π and π/2 in three parts, ``x − k π/2
 polynomials are those of K. C. Ng's fdlibm, with what r lacks of its last digits as a first-order term.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from .arithmetic import elementwise, fma, is_float64, select
-
-__all__ = ["FAR", "cos", "sin", "turned"]
 
 FAR = 2.0**30
 # π/2 as a sum, each part rounded to nearest.
@@ -24,7 +20,7 @@ _FIRST, _SECOND, _THIRD = 1.5707963267948966, 6.123233995736766e-17, -1.49738490
 _SHIFT = 1.5 * 2.0**52  # adding it rounds to a whole number
 
 
-def turned(x: Any, quarters: float) -> Any:
+def turned(x, quarters: float) -> Any:
     """Return ``sin(x + quarters π/2)`` for whole quarters and x up to `FAR` in size."""
     k = fma(x, 0.6366197723675814, _SHIFT) - _SHIFT
     head = fma(-k, _FIRST, x)  # exact
@@ -51,7 +47,7 @@ def turned(x: Any, quarters: float) -> Any:
     return select(n > 1.5, -found, found)
 
 
-def _circular(name: str, x: Any, quarters: float) -> Any:
+def _circular(name: str, x, quarters: float):
     if not is_float64(x):
         return elementwise(name, x)
     if not isinstance(x, np.ndarray):
@@ -62,11 +58,11 @@ def _circular(name: str, x: Any, quarters: float) -> Any:
     return found if near.all() else select(near, found, elementwise(name, x))
 
 
-def sin(x: Any) -> Any:
+def sin(x) -> Any:
     """Sine; NaN of what is not finite."""
     return _circular("sin", x, 0.0)
 
 
-def cos(x: Any) -> Any:
+def cos(x) -> Any:
     """Cosine; NaN of what is not finite."""
     return _circular("cos", x, 1.0)

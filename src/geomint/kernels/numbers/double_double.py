@@ -15,8 +15,6 @@ from ...arguments import Array
 from .blocks import Block
 from .lanes import LANES
 
-__all__ = ["DoubleDoubleBlock", "lane_rows"]
-
 
 class DoubleDoubleBlock(Block):
     """A block of double-double rows: `data` holds hi and lo in turn."""

@@ -1,14 +1,10 @@
 """What functions of rows and numbers are in compiled code: a few machine instructions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 from numba.core import types
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
-
-__all__ = ["instruction"]
 
 
 def instruction(function: Callable[..., Any], prefer_literal: bool = False) -> Any:

@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["LANES", "Lanes"]
-
 LANES = 8
 """Number of float64 numbers in a compiled lane value."""
 
@@ -26,17 +24,17 @@ class Lanes(np.ndarray):
     Compiled lane values are values: after ``b = a``, ``b += 1`` must leave ``a`` alone.
     """
 
-    def __new__(cls, values: Any) -> Lanes:
+    def __new__(cls, values) -> Lanes:
         return np.array(values, ndmin=1).view(cls)
 
-    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
+    def __iadd__(self, other) -> Any:  # type: ignore[misc]
         return self + other
 
-    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
+    def __isub__(self, other) -> Any:  # type: ignore[misc]
         return self - other
 
-    def __imul__(self, other: Any) -> Any:  # type: ignore[misc]
+    def __imul__(self, other) -> Any:  # type: ignore[misc]
         return self * other
 
-    def __itruediv__(self, other: Any) -> Any:  # type: ignore[misc]
+    def __itruediv__(self, other) -> Any:  # type: ignore[misc]
         return self / other

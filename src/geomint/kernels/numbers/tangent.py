@@ -26,7 +26,7 @@ from .lanes import LANES, Lanes
 __all__ = ["Tangent", "TangentBlock", "as_tangents", "tangent_block", "tangent_lane_block"]
 
 
-def _compared(relation: Callable[[Any, Any], Any]) -> Any:
+def _compared(relation: Callable[[Any, Any], Any]):
     return lambda x, y: relation(x.value, _value(y))
 
 
@@ -45,16 +45,16 @@ class Tangent:
     __array_ufunc__ = None  # arrays leave operators to this class
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, value: Any, slopes: Any) -> None:
+    def __init__(self, value, slopes) -> None:
         self.value, self.slopes = value, slopes
 
     def __repr__(self) -> str:
         return f"Tangent({self.value!r}, {self.slopes!r})"
 
-    def _map(self, value: Any, slope: Any) -> Tangent:
+    def _map(self, value, slope) -> Tangent:
         return Tangent(value, _times(slope, self.slopes))
 
-    def __add__(self, other: Any) -> Tangent:
+    def __add__(self, other) -> Tangent:
         if isinstance(other, Tangent):
             value = self.value + other.value
             return Tangent(value, _shaped(self.slopes, value) + _shaped(other.slopes, value))
@@ -68,16 +68,16 @@ class Tangent:
     def __pos__(self) -> Tangent:
         return self
 
-    def __sub__(self, other: Any) -> Tangent:
+    def __sub__(self, other) -> Tangent:
         if isinstance(other, Tangent):
             value = self.value - other.value
             return Tangent(value, _shaped(self.slopes, value) - _shaped(other.slopes, value))
         return Tangent(self.value - other, _shaped(self.slopes, self.value - other))
 
-    def __rsub__(self, other: Any) -> Tangent:
+    def __rsub__(self, other) -> Tangent:
         return Tangent(other - self.value, -_shaped(self.slopes, other - self.value))
 
-    def __mul__(self, other: Any) -> Tangent:
+    def __mul__(self, other) -> Tangent:
         if isinstance(other, Tangent):
             slopes = _fused(self.value, other.slopes, _times(other.value, self.slopes))
             return Tangent(self.value * other.value, slopes)
@@ -85,14 +85,14 @@ class Tangent:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Tangent:
+    def __truediv__(self, other) -> Tangent:
         if isinstance(other, Tangent):
             quotient = self.value / other.value
             own = _fused(-quotient, other.slopes, self.slopes)
             return Tangent(quotient, _times(1.0 / other.value, own))
         return Tangent(self.value / other, _over(self.slopes, other))
 
-    def __rtruediv__(self, other: Any) -> Tangent:
+    def __rtruediv__(self, other) -> Tangent:
         quotient = other / self.value
         return Tangent(quotient, _times(1.0 / self.value, _times(-quotient, self.slopes)))
 
@@ -116,7 +116,7 @@ class Tangent:
         """The functions of such numbers."""
         return _Functions
 
-    def fused(self, x: Any, y: Any, z: Any) -> Tangent:
+    def fused(self, x, y, z) -> Tangent:
         """Return ``x * y + z``, the value with one rounding; one of them is this number."""
         value = arithmetic.fma(_value(x), _value(y), _value(z))
         slopes: Any = z.slopes if isinstance(z, Tangent) else None
@@ -128,7 +128,7 @@ class Tangent:
                 )
         return Tangent(value, _shaped(slopes, value))
 
-    def chosen(self, condition: Any, x: Any, y: Any) -> Tangent:
+    def chosen(self, condition, x, y) -> Tangent:
         """Return x where the condition holds and y elsewhere; one of them is this number."""
         x, y = self.of(x), self.of(y)
         if not isinstance(condition, np.ndarray):
@@ -140,7 +140,7 @@ class Tangent:
         slopes = (_shaped(x.slopes, value), _shaped(y.slopes, value))
         return Tangent(value, np.where(condition, *slopes))
 
-    def of(self, value: Any) -> Tangent:
+    def of(self, value) -> Tangent:
         """Return a number as one of these: a constant has no derivatives."""
         if isinstance(value, Tangent):
             return value
@@ -159,7 +159,7 @@ def _each(function: Callable[..., Any], *slopes: Array) -> Array:
     return found
 
 
-def _fused(number: Any, slopes: Array, more: Array) -> Array:
+def _fused(number, slopes: Array, more: Array) -> Array:
     """Return slopes times a number and others added, with one rounding."""
     if slopes.dtype == object:
         return _each(functools.partial(arithmetic.fma, number), slopes, more)
@@ -169,28 +169,28 @@ def _fused(number: Any, slopes: Array, more: Array) -> Array:
     return np.array([arithmetic.fma(number, slope, other) for slope, other in rows])
 
 
-def _times(number: Any, slopes: Array) -> Array:
+def _times(number, slopes: Array) -> Array:
     """Return slopes times a number; of one number times eight there are eight."""
     if slopes.dtype == object:
         return _each(functools.partial(operator.mul, number), slopes)
     return number * _shaped(slopes, number)
 
 
-def _over(slopes: Array, number: Any) -> Array:
+def _over(slopes: Array, number) -> Array:
     """Return slopes divided by a number."""
     if slopes.dtype == object:
         return _each(lambda slope: slope / number, slopes)
     return _shaped(slopes, number) / number
 
 
-def _shaped(slopes: Array, value: Any) -> Array:
+def _shaped(slopes: Array, value) -> Array:
     """Return slopes as those of such a value: of one number in every lane."""
     if slopes.ndim == 1 and isinstance(value, np.ndarray):
         return np.broadcast_to(slopes[:, None], (len(slopes), len(value)))
     return slopes
 
 
-def _value(x: Any) -> Any:
+def _value(x):
     return x.value if isinstance(x, Tangent) else x
 
 
@@ -233,7 +233,7 @@ class TangentBlock(Block):
         numbers = super().part(row * self.width, self.width).data
         return Tangent(numbers[0], numbers[1:].copy())
 
-    def __setitem__(self, row: int, value: Any) -> None:
+    def __setitem__(self, row: int, value) -> None:
         numbers = super().part(row * self.width, self.width).data
         numbers[0] = _value(value)
         numbers[1:] = value.slopes if isinstance(value, Tangent) else 0.0
@@ -261,7 +261,7 @@ class TangentLaneBlock(Block):
         numbers = super().__getitem__(row)
         return Tangent(Lanes(numbers[0]), numbers[1:].copy())
 
-    def __setitem__(self, row: int, value: Any) -> None:
+    def __setitem__(self, row: int, value) -> None:
         numbers = super().__getitem__(row)
         numbers[0] = _value(value)
         numbers[1:] = _shaped(value.slopes, numbers[0]) if isinstance(value, Tangent) else 0.0
@@ -270,7 +270,7 @@ class TangentLaneBlock(Block):
         """Return the memory as a block of single numbers."""
         return tangent_block(self.data.shape[1] - 1)(self.data.reshape(-1))
 
-    def set_lane(self, row: int, index: int, value: Any) -> None:
+    def set_lane(self, row: int, index: int, value) -> None:
         """Store one of the numbers of a row."""
         numbers = super().__getitem__(row)
         numbers[0, index] = _value(value)
@@ -292,7 +292,7 @@ def tangent_lane_block(directions: int) -> type[TangentLaneBlock]:
     return type(name, (TangentLaneBlock,), {"__slots__": (), "row_shape": shape, "width": shape[0]})
 
 
-def as_tangents(block: Any, directions: int) -> TangentLaneBlock:
+def as_tangents(block, directions: int) -> TangentLaneBlock:
     """Return rows of lane values as eight numbers a row with so many directions, sharing memory.
 
     A value and its slopes are a row each. Compiled, the number of directions is a constant.

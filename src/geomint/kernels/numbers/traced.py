@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from functools import partialmethod
 from typing import Any
 
-__all__ = ["ANYTHING", "Algebra", "Traced", "symbol"]
-
 
 @dataclass
 class Algebra:
@@ -62,10 +60,10 @@ class Traced:
     __array_ufunc__ = None  # arrays leave operators to this class
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, symbol: Any, context: Algebra) -> None:
+    def __init__(self, symbol, context: Algebra) -> None:
         self.symbol, self.context = symbol, context
 
-    def _by(self, symbol: Any) -> Traced:
+    def _by(self, symbol) -> Traced:
         return Traced(symbol, self.context)
 
     __add__, __radd__ = _both(operator.add)
@@ -86,22 +84,22 @@ class Traced:
     __lt__, __gt__ = _ordered("less")
     __le__, __ge__ = _ordered("less_equal")
 
-    def _decide(self, *_: Any) -> bool:
+    def _decide(self, *_) -> bool:
         raise TypeError("a number of the state decides what is computed")
 
     __bool__ = __eq__ = __ne__ = _decide
 
-    def fused(self, x: Any, y: Any, z: Any) -> Any:
+    def fused(self, x, y, z) -> Any:
         return x * y + z
 
-    def chosen(self, condition: Any, x: Any, y: Any) -> Traced:
+    def chosen(self, condition, x, y) -> Traced:
         return self._by(self.context.select(condition, symbol(x), symbol(y)))
 
-    def of(self, value: Any) -> Any:
+    def of(self, value) -> Any:
         return value
 
 
-def symbol(number: Any) -> Any:
+def symbol(number) -> Any:
     """Return the symbol of a number, or its value."""
     return number.symbol if isinstance(number, Traced) else float(number)
 
@@ -109,7 +107,7 @@ def symbol(number: Any) -> Any:
 class _Symbol:
     """Any number: what is computed with it is any number, too."""
 
-    def _same(self, *_: Any) -> _Symbol:
+    def _same(self, *_) -> _Symbol:
         return self
 
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __pow__ = __neg__ = _same

@@ -1,7 +1,5 @@
 """The numba half of functions behind their addresses: a pointer to the addresses of their code."""
 
-from __future__ import annotations
-
 import hashlib
 from typing import Any
 
@@ -29,19 +27,19 @@ _WORD = ir.IntType(8).as_pointer()
 _signatures: dict[str, Any] = {}  # by kind
 
 
-def kind_of(signature: Any) -> str:
+def kind_of(signature) -> str:
     """Return the name of a signature, the same in every process; here it is found by that."""
     name = hashlib.sha256(str(signature).encode()).hexdigest()
     _signatures[name] = signature
     return name
 
 
-def _known(pointer: Any, kind: Any) -> Any:
+def _known(pointer, kind):
     """Return the signature of that name, or None for what is no name of one."""
     return _signatures.get(getattr(kind, "literal_value", "")) if pointer == ADDRESSES else None
 
 
-def _function(context: Any, builder: Any, kind: Any, pointer: Any, place: Any) -> Any:
+def _function(context, builder, kind, pointer, place):
     """Return the function at a place, as numba has functions that are arguments."""
     if isinstance(place, int):
         place = ir.Constant(ir.IntType(64), place)
@@ -61,7 +59,7 @@ def _stepper_at(typingctx, pointer, kind):
         return None
     stepper = types.FunctionType(known)
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         return _function(context, builder, stepper, args[0], 0)
 
     return stepper(pointer, kind), codegen
@@ -75,7 +73,7 @@ def _function_at(typingctx, pointer, place, kind):
         return None
     function = types.FunctionType(known)
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         return _function(context, builder, function, args[0], args[1])
 
     return function(pointer, types.int64, kind), codegen
@@ -89,7 +87,7 @@ def _functions_at(typingctx, pointer, kind):
         return None
     taken = known.args[0]
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         own = [
             _function(context, builder, function, args[0], 1 + i)
             for i, function in enumerate(taken.types)

@@ -4,8 +4,6 @@ Setting ``NUMBA_BOUNDSCHECK=1`` before compilation checks every row index; other
 but in the one run of every function in plain Python before its first (`geomint.problems.declaration`).
 """
 
-from __future__ import annotations
-
 import functools
 import operator
 from typing import Any
@@ -38,7 +36,7 @@ class BlockType(types.Type):
     `held` is the class of what Python holds.
     """
 
-    def __init__(self, row: Any, rows: int | None = None, held: Any = blocks.Block) -> None:
+    def __init__(self, row, rows: int | None = None, held=blocks.Block) -> None:
         self.row, self.rows, self.held = row, rows, held
         size = "" if rows is None else f", {rows}"
         super().__init__(name=f"block({row}{size})")
@@ -50,33 +48,33 @@ LANE_BLOCK = BlockType(LANE_VALUE, held=blocks.LaneBlock)
 
 @register_model(BlockType)
 class BlockModel(models.StructModel):
-    def __init__(self, dmm: Any, fe_type: BlockType) -> None:
+    def __init__(self, dmm, fe_type: BlockType) -> None:
         members = [("data", types.CPointer(types.float64)), ("rows", types.int64)]
         super().__init__(dmm, fe_type, members)
 
 
-def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:
+def _number_of_rows(builder, typ: BlockType, block):
     return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
 
 
-def parts_of(row: Any) -> tuple[Any, ...]:
+def parts_of(row) -> tuple[Any, ...]:
     """Return the types that a row is made of: float64 numbers and lane values."""
     return getattr(row, "parts", (row,))
 
 
-def _width(row: Any) -> int:
+def _width(row) -> int:
     """Numbers in a row: of all its parts."""
     return sum(LANES if part == LANE_VALUE else 1 for part in parts_of(row))
 
 
-def place_in(row: Any, part: int) -> tuple[int, ...]:
+def place_in(row, part: int) -> tuple[int, ...]:
     """Return where a part is in the value of a row: nowhere in what is a part itself."""
     if hasattr(row, "place"):
         return row.place(part)
     return (part,) if hasattr(row, "parts") else ()
 
 
-def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index: Any) -> list[Any]:
+def _row_pointers(context, builder, typ: BlockType, value, index) -> list[Any]:
     """Return the address of each part of a row."""
     block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
     if config.BOUNDSCHECK:
@@ -103,7 +101,7 @@ _INDEX = types.Integer | types.IntEnumMember
 
 @infer_global(operator.getitem)
 class _GetRow(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
+    def generic(self, args, kws) -> Any:
         if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
             return signature(args[0].row, args[0], types.int64)
         return None
@@ -111,7 +109,7 @@ class _GetRow(AbstractTemplate):
 
 @infer_global(operator.setitem)
 class _SetRow(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
+    def generic(self, args, kws) -> Any:
         if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
             return signature(types.none, args[0], types.int64, args[0].row)
         return None
@@ -119,14 +117,14 @@ class _SetRow(AbstractTemplate):
 
 @infer_global(len)
 class _Length(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
+    def generic(self, args, kws) -> Any:
         if isinstance(args[0], BlockType):
             return signature(types.int64, args[0])
         return None
 
 
 @lower_builtin(operator.getitem, BlockType, types.Integer)
-def _lower_get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _lower_get(context, builder, sig, args):
     pointers = _row_pointers(context, builder, sig.args[0], *args)
     parts = [builder.load(pointer, align=_ALIGN) for pointer in pointers]
     if len(parts) == 1:
@@ -139,7 +137,7 @@ def _lower_get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(operator.setitem, BlockType, types.Integer, types.Any)
-def _lower_set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _lower_set(context, builder, sig, args):
     pointers = _row_pointers(context, builder, sig.args[0], args[0], args[1])
     if len(pointers) == 1:
         builder.store(args[2], pointers[0], align=_ALIGN)
@@ -151,15 +149,15 @@ def _lower_set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(len, BlockType)
-def _lower_length(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _lower_length(context, builder, sig, args):
     block = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
     return _number_of_rows(builder, sig.args[0], block)
 
 
-def _view(result: BlockType) -> Any:
+def _view(result: BlockType):
     """Return code that makes a block of type `result` from (block, start, rows)."""
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
         start, rows = args[1], args[2]
         width = _width(sig.args[0].row)
@@ -188,7 +186,7 @@ def _part(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-def _section(context: Any, builder: Any, sig: Any, args: Any, at: int) -> Any:
+def _section(context, builder, sig, args, at: int):
     """Return part `at` of a layout: the sum of the rows before it is as constant as they are."""
     block, layout = sig.args[:2]
     sizes = [builder.extract_value(args[1], i) for i in range(at + 1)]
@@ -219,7 +217,7 @@ def _all_named(typingctx, block, layout):
     count = len(layout.fields)
     result = types.NamedUniTuple(BlockType(block.row), count, layout.instance_class)
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         parts = [_section(context, builder, sig, args, at) for at in range(count)]
         return context.make_tuple(builder, sig.return_type, parts)
 
@@ -232,10 +230,10 @@ def _as_lanes(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-def other_rows(block: Any, result: BlockType) -> Any:
+def other_rows(block, result: BlockType) -> Any:
     """Return code that makes a block of other rows in the same memory."""
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
         rows = _number_of_rows(builder, sig.args[0], source)
         numbers = builder.mul(rows, ir.Constant(rows.type, _width(block.row)))
@@ -267,7 +265,7 @@ def _set_lane(typingctx, block, row, index, value):
         return None
     single = block.row.singles() if hasattr(block.row, "singles") else types.float64
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         position = context.cast(builder, args[2], sig.args[2], types.int32)
         for i, pointer in enumerate(_row_pointers(context, builder, sig.args[0], args[0], args[1])):
             part = args[3]
@@ -288,15 +286,13 @@ def _fixed_rows(typingctx, block, rows):
     if known is None and rows is not types.none:
         return None
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         return args[0]
 
     return (block if known is None else BlockType(block.row, known))(block, rows), codegen
 
 
-def _views(
-    statement: Any, arguments: Any, typemap: Any, function: Any, aliases: Any, of_arguments: Any
-) -> None:
+def _views(statement, arguments, typemap, function, aliases, of_arguments) -> None:
     """Let blocks, and tuples that may hold some, be views of all that they are made of."""
     target, made = statement.target.name, statement.value
     kind = (typemap or {}).get(target)

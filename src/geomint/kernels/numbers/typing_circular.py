@@ -1,7 +1,5 @@
 """The numba half of sine and cosine."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -17,7 +15,7 @@ from .typing_lanes import LANE_VALUE, LANES, extract_lane, insert_lane
 _turned: Any = njit(forceinline=True)(circular.turned)
 
 
-def _overload(function: Any, of_library: Any, quarters: float) -> None:
+def _overload(function, of_library, quarters: float) -> None:
     def one(x):
         return _turned(x, quarters) if abs(x) <= FAR else of_library(x)
 

@@ -28,7 +28,7 @@ __all__ = ["DD_BLOCK", "DD_LANE_BLOCK", "DD_LANE_VALUE", "DD_VALUE"]
 class DoubleDoubleType(types.Type):
     """An unevaluated sum hi + lo of two numbers of type `base`."""
 
-    def __init__(self, base: Any) -> None:
+    def __init__(self, base) -> None:
         self.base = base
         super().__init__(name=f"double_double({base})")
 
@@ -54,22 +54,22 @@ DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 
 @register_model(DoubleDoubleType)
 class DoubleDoubleModel(models.StructModel):
-    def __init__(self, dmm: Any, fe_type: DoubleDoubleType) -> None:
+    def __init__(self, dmm, fe_type: DoubleDoubleType) -> None:
         super().__init__(dmm, fe_type, [("hi", fe_type.base), ("lo", fe_type.base)])
 
 
-def _is_dd(x: Any) -> bool:
+def _is_dd(x) -> bool:
     return isinstance(x, DoubleDoubleType)
 
 
-def _is_number(x: Any) -> bool:
+def _is_number(x) -> bool:
     return isinstance(x, types.Float | types.Integer)
 
 
-def _part(index: int) -> Any:
+def _part(index: int):
     @intrinsic
     def part(typingctx, x):
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context, builder, sig, args):
             return builder.extract_value(args[0], index)
 
         return x.base(x), codegen
@@ -84,7 +84,7 @@ _hi, _lo = _part(0), _part(1)
 def _pack(typingctx, hi, lo):
     result = DoubleDoubleType(hi)
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         packed = cgutils.create_struct_proxy(result)(context, builder)
         packed.hi, packed.lo = args
         return packed._getvalue()
@@ -209,7 +209,7 @@ def _sine_of(x, shift):
     return _pack(arithmetic.select(flip, -hi, hi), arithmetic.select(flip, -lo, lo))
 
 
-def _binary(functions: list[Any], implementation: Any) -> None:
+def _binary(functions: list[Any], implementation) -> None:
     for function in functions:
 
         @overload(function)
@@ -223,7 +223,7 @@ def _binary(functions: list[Any], implementation: Any) -> None:
             return None
 
 
-def _beside(value: Any, other: Any) -> Any:
+def _beside(value, other):
     raise NotImplementedError  # replaced by the overload below; never called uncompiled
 
 
@@ -249,7 +249,7 @@ _binary([operator.mul, operator.imul], _multiply)
 _binary([operator.truediv, operator.itruediv], _divide)
 
 
-def _comparison(function: Any) -> Any:
+def _comparison(function):
     def compare(x, y):
         difference = _subtract(x, y)
         return function(_hi(difference), 0.0)
@@ -271,7 +271,7 @@ def _absolute(x):
     )
 
 
-def _unary(function: Any, implementation: Any, *shift: float) -> None:
+def _unary(function, implementation, *shift: float) -> None:
     @overload(function)
     def choose(x):
         return (lambda x: implementation(x, *shift)) if _is_dd(x) else None
@@ -325,7 +325,7 @@ def _overload_epsilon(x):
 @lower_cast(types.Number, DoubleDoubleType)
 @lower_cast(LANE_VALUE, DoubleDoubleType)
 @lower_cast(DoubleDoubleType, DoubleDoubleType)
-def _cast(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+def _cast(context, builder, fromty, toty, value):
     packed = cgutils.create_struct_proxy(toty)(context, builder)
     if _is_dd(fromty):
         parts = [(builder.extract_value(value, k), fromty.base) for k in range(2)]

@@ -4,8 +4,6 @@ LLVM splits the vector on machines with narrower registers. No fast-math flag an
 lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithmetic").
 """
 
-from __future__ import annotations
-
 import math
 import operator
 from typing import Any
@@ -50,31 +48,31 @@ LANE_MASK = LaneMaskType()
 
 @register_model(LaneValueType)
 class LaneValueModel(models.PrimitiveModel):
-    def __init__(self, dmm: Any, fe_type: Any) -> None:
+    def __init__(self, dmm, fe_type) -> None:
         super().__init__(dmm, fe_type, _VECTOR)
 
 
 @register_model(LaneMaskType)
 class LaneMaskModel(models.PrimitiveModel):
-    def __init__(self, dmm: Any, fe_type: Any) -> None:
+    def __init__(self, dmm, fe_type) -> None:
         super().__init__(dmm, fe_type, _MASK_VECTOR)
 
 
-def broadcast(builder: Any, scalar: Any) -> Any:
+def broadcast(builder, scalar) -> Any:
     """Return a vector whose lanes all hold `scalar`."""
     one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), scalar, _I32(0))
     zeros = ir.Constant(ir.VectorType(_I32, LANES), [0] * LANES)
     return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
 
-def _as_vector(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
+def _as_vector(context, builder, value_type, value):
     if value_type == LANE_VALUE:
         return value
     return broadcast(builder, context.cast(builder, value, value_type, types.float64))
 
 
 @lower_cast(types.Number, LANE_VALUE)
-def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+def _cast_number(context, builder, fromty, toty, value):
     return _as_vector(context, builder, fromty, value)
 
 
@@ -84,17 +82,17 @@ def _mixes_lanes(args: tuple[Any, ...]) -> bool:
     )
 
 
-def _register_binary(functions: list[Any], emit: Any, result: Any) -> None:
+def _register_binary(functions: list[Any], emit, result) -> None:
     for function in functions:
 
         @infer_global(function)
         class Template(AbstractTemplate):
-            def generic(self, args: Any, kws: Any) -> Any:
+            def generic(self, args, kws):
                 if len(args) == 2 and _mixes_lanes(args):
                     return signature(result, *args)
                 return None
 
-        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def lower(context, builder, sig, args):
             x, y = (
                 _as_vector(context, builder, value_type, value)
                 for value_type, value in zip(sig.args, args, strict=True)
@@ -124,16 +122,16 @@ for _sign, _function in (
 _register_binary([operator.ne], lambda b, x, y: b.fcmp_unordered("!=", x, y), LANE_MASK)
 
 
-def _register_on(value_type: Any, function: Any, arity: int, emit: Any) -> None:
+def _register_on(value_type, function, arity: int, emit) -> None:
     """Let an operator take `arity` values of a value_type and give one."""
 
     @infer_global(function)
     class Template(AbstractTemplate):
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args, kws):
             return signature(value_type, *args) if args == (value_type,) * arity else None
 
     @lower_builtin(function, *(value_type,) * arity)
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def lower(context, builder, sig, args):
         return emit(builder, *args)
 
 
@@ -143,19 +141,19 @@ _register_on(LANE_MASK, operator.and_, 2, lambda b, x, y: b.and_(x, y))
 _register_on(LANE_MASK, operator.or_, 2, lambda b, x, y: b.or_(x, y))
 
 
-def call_vector_function(builder: Any, name: str, vectors: Any) -> Any:
+def call_vector_function(builder, name: str, vectors) -> Any:
     """Call LLVM's intrinsic function `name` of as many lane vectors as are given."""
     function_type = ir.FunctionType(_VECTOR, [_VECTOR] * len(vectors))
     function = cgutils.get_or_insert_function(builder.module, function_type, f"{name}.v{LANES}f64")
     return builder.call(function, vectors)
 
 
-def _vector_intrinsic(name: str) -> Any:
+def _vector_intrinsic(name: str):
     """Return a numba intrinsic that calls LLVM's `name` on whole vectors."""
 
     @intrinsic
     def call(typingctx, x):
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context, builder, sig, args):
             return call_vector_function(builder, name, args)
 
         return LANE_VALUE(LANE_VALUE), codegen
@@ -168,11 +166,11 @@ _vector_sqrt, _vector_abs = _vector_intrinsic("llvm.sqrt"), _vector_intrinsic("l
 
 @instruction(arithmetic.fma)
 def _fma(typingctx, x, y, z):
-    def of_vectors(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def of_vectors(context, builder, sig, args):
         vectors = [_as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)]
         return call_vector_function(builder, "llvm.fma", vectors)
 
-    def of_numbers(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def of_numbers(context, builder, sig, args):
         return builder.fma(*args)
 
     if LANE_VALUE in (x, y, z) and _mixes_lanes((x, y, z)):
@@ -182,7 +180,7 @@ def _fma(typingctx, x, y, z):
     return None
 
 
-def _common_type(x: Any, y: Any) -> Any:
+def _common_type(x, y):
     """Return the type of a choice between two plain numbers."""
     if LANE_VALUE in (x, y):
         return LANE_VALUE
@@ -190,10 +188,10 @@ def _common_type(x: Any, y: Any) -> Any:
     return types.int64 if both_integers else types.float64
 
 
-def _choice(chosen: Any) -> Any:
+def _choice(chosen):
     """Return code for (…, x, y) that casts x and y to one type and lets `chosen` choose."""
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         pair = [
             _as_vector(context, builder, value_type, value)
             if sig.return_type == LANE_VALUE
@@ -225,7 +223,7 @@ def _maximum(typingctx, x, y):
 
 @intrinsic
 def extract_lane(typingctx, x, index):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.extract_element(args[0], position)
 
@@ -234,19 +232,19 @@ def extract_lane(typingctx, x, index):
 
 @intrinsic
 def insert_lane(typingctx, x, index, value):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.insert_element(args[0], args[2], position)
 
     return LANE_VALUE(LANE_VALUE, index, types.float64), codegen
 
 
-def _fold(emit: Any) -> Any:
+def _fold(emit):
     """Return an intrinsic that combines the lanes pairwise: lane i with lane i + half, and again."""
 
     @intrinsic
     def call(typingctx, x):
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context, builder, sig, args):
             return fold_lanes(builder, emit, args[0])
 
         return types.float64(LANE_VALUE), codegen
@@ -254,7 +252,7 @@ def _fold(emit: Any) -> Any:
     return call
 
 
-def fold_lanes(builder: Any, emit: Any, vector: Any) -> Any:
+def fold_lanes(builder, emit, vector) -> Any:
     """Return the lanes combined pairwise."""
     width = LANES
     while width > 1:
@@ -267,7 +265,7 @@ def fold_lanes(builder: Any, emit: Any, vector: Any) -> Any:
     return builder.extract_element(vector, _I32(0))
 
 
-def emit_larger(builder: Any, x: Any, y: Any) -> Any:
+def emit_larger(builder, x, y) -> Any:
     # A NaN in either operand must win: llvm.maximum would do, but is slow on x86, where the first
     # selection is one instruction and gives y where the two do not compare.
     if x.type == ir.IntType(64):
@@ -280,7 +278,7 @@ _total = _fold(lambda builder, x, y: builder.fadd(x, y))
 _top = _fold(emit_larger)
 
 
-def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
+def _overload_unary(function, vector, scalar=None) -> None:
     """Let `function` take lane values, and plain numbers too where `scalar` says what to call."""
 
     @overload(function, inline="always")
@@ -292,7 +290,7 @@ def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
         return None
 
 
-def _lane_by_lane(function: Any) -> Any:
+def _lane_by_lane(function):
     def apply(x):
         for i in range(LANES):
             x = insert_lane(x, i, function(extract_lane(x, i)))
@@ -321,7 +319,7 @@ def _overload_abs(x):
     return (lambda x: _vector_abs(x)) if x == LANE_VALUE else None
 
 
-def _plain(x: Any) -> bool:
+def _plain(x) -> bool:
     return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 
@@ -334,7 +332,7 @@ def _overload_maximum(x, y):
 
 @instruction(arithmetic.like)
 def _like(typingctx, value, example):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         if sig.return_type == value:
             return args[0]
         return _as_vector(context, builder, value, args[0])
@@ -344,7 +342,7 @@ def _like(typingctx, value, example):
     return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
 
 
-def _overload_but(function: Any, having: str, found: Any) -> None:
+def _overload_but(function, having: str, found) -> None:
     """Let a function be another one of all numbers, but of those that have something."""
 
     @overload(function, inline="always")

@@ -35,7 +35,7 @@ class TangentType(types.Type):
     beside a float64 value.
     """
 
-    def __init__(self, base: Any, element: Any, count: int) -> None:
+    def __init__(self, base, element, count: int) -> None:
         self.base, self.element, self.count = base, element, count
         super().__init__(name=f"tangent({base}, {count} {element})")
 
@@ -61,7 +61,7 @@ class TangentType(types.Type):
         """Return the type of one of eight such numbers."""
         return TangentType(types.float64, types.float64, self.count)
 
-    def can_convert_from(self, typingctx: Any, other: Any) -> Any:
+    def can_convert_from(self, typingctx, other) -> Any:
         """Let plain numbers be constants, and one number be eight alike."""
         known = isinstance(other, types.Float | types.Integer) or other == self.base
         known = known or (_is_tangent(other) and not other.packed and other.lanes() == self)
@@ -84,24 +84,24 @@ def tangent_lanes(directions: int) -> tuple[TangentType, BlockType, BlockType]:
 
 @register_model(TangentType)
 class TangentModel(models.StructModel):
-    def __init__(self, dmm: Any, fe_type: TangentType) -> None:
+    def __init__(self, dmm, fe_type: TangentType) -> None:
         slopes = types.UniTuple(fe_type.element, fe_type.count)
         super().__init__(dmm, fe_type, [("value", fe_type.base), ("slopes", slopes)])
 
 
-def _is_tangent(x: Any) -> bool:
+def _is_tangent(x) -> bool:
     return isinstance(x, TangentType)
 
 
-def _is_plain(x: Any) -> bool:
+def _is_plain(x) -> bool:
     return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 
-def _is_eight(x: Any) -> bool:
+def _is_eight(x) -> bool:
     return getattr(x, "base", x) == LANE_VALUE
 
 
-def _joined(*given: Any) -> TangentType | None:
+def _joined(*given) -> TangentType | None:
     """Return the type of what numbers give, one of them a tangent one; None if they do not fit."""
     tangents = [x for x in given if _is_tangent(x)]
     if not tangents or not all(_is_tangent(x) or _is_plain(x) for x in given):
@@ -118,7 +118,7 @@ def _joined(*given: Any) -> TangentType | None:
 class _Number:
     """An operand as one of type `to`: value, and slopes unless it is a constant."""
 
-    def __init__(self, a: Any, to: TangentType, kind: Any, given: Any) -> None:
+    def __init__(self, a, to: TangentType, kind, given) -> None:
         self._a, self._to = a, to
         self.constant = not _is_tangent(kind)
         if self.constant:
@@ -135,18 +135,18 @@ class _Number:
         """The value, to multiply slopes with."""
         return self.beside(self.value)
 
-    def beside(self, value: Any) -> Any:
+    def beside(self, value) -> Any:
         """Return a number of the base as one of the elements."""
         return broadcast(self._a.builder, value) if self._to.packed else value
 
 
-def _operands(context: Any, builder: Any, to: TangentType, kinds: Any, values: Any) -> Any:
+def _operands(context, builder, to: TangentType, kinds, values):
     """Return the arithmetic of a type, and operands of an operation that gives it."""
     a = Instructions(context, builder)
     return a, *(_Number(a, to, kind, value) for kind, value in zip(kinds, values, strict=True))
 
 
-def _pack(a: Any, kind: TangentType, value: Any, slopes: Sequence[Any]) -> Any:
+def _pack(a, kind: TangentType, value, slopes: Sequence[Any]):
     packed = cgutils.get_null_value(a.context.get_value_type(kind))
     packed = a.builder.insert_value(packed, value, 0)
     for k, slope in enumerate(slopes):
@@ -154,14 +154,14 @@ def _pack(a: Any, kind: TangentType, value: Any, slopes: Sequence[Any]) -> Any:
     return packed
 
 
-def _sum(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _sum(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     value = a.add(x.value, y.value)
     if x.constant or y.constant:
         return value, x.slopes or y.slopes
     return value, [a.add(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
 
 
-def _difference(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _difference(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     value = a.subtract(x.value, y.value)
     if y.constant:
         return value, x.slopes
@@ -170,7 +170,7 @@ def _difference(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.subtract(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
 
 
-def _product(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _product(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     value = a.multiply(x.value, y.value)
     if x.constant or y.constant:
         number, other = (x, y) if x.constant else (y, x)
@@ -181,7 +181,7 @@ def _product(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.fused(p, u, a.multiply(q, s)) for s, u in pairs]
 
 
-def _quotient(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _quotient(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     value = a.divide(x.value, y.value)
     if y.constant:
         divisor = y.factor
@@ -194,16 +194,16 @@ def _quotient(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.multiply(by, a.fused(times, u, s)) for s, u in pairs]
 
 
-def _register(function: Any, result: Callable[[TangentType], Any], emit: Any) -> None:
+def _register(function, result: Callable[[TangentType], Any], emit) -> None:
     """Let an operator take two numbers, one of which at least is a tangent number."""
 
     @infer_global(function)
     class Template(AbstractTemplate):
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args, kws):
             joined = _joined(*args) if len(args) == 2 else None
             return None if joined is None else signature(result(joined), *args)
 
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def lower(context, builder, sig, args):
         to = _joined(*sig.args)
         assert to is not None
         return emit(to, *_operands(context, builder, to, sig.args, args))
@@ -218,7 +218,7 @@ def _register(function: Any, result: Callable[[TangentType], Any], emit: Any) ->
         lower_builtin(function, left, right)(lower)
 
 
-def _binary(emit: Any) -> Any:
+def _binary(emit):
     return lambda to, a, x, y: _pack(a, to, *emit(a, x, y))
 
 
@@ -232,12 +232,12 @@ for _functions, _emit in (
         _register(_function, lambda joined: joined, _binary(_emit))
 
 
-def _truth(joined: TangentType) -> Any:
+def _truth(joined: TangentType):
     """Return the type of a comparison of values."""
     return LANE_MASK if joined.base == LANE_VALUE else types.boolean
 
 
-def _comparison(function: Any) -> Any:
+def _comparison(function):
     return lambda to, a, x, y: a.compare(function, x.value, y.value)
 
 
@@ -255,27 +255,27 @@ for _function in (
 @lower_cast(LANE_VALUE, TangentType)
 @lower_cast(types.Number, TangentType)
 @lower_cast(TangentType, TangentType)
-def _cast(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+def _cast(context, builder, fromty, toty, value):
     a, number = _operands(context, builder, toty, (fromty,), (value,))
     return _pack(a, toty, number.value, number.slopes)
 
 
-def _unary(function: Any, emit: Any) -> None:
+def _unary(function, emit) -> None:
     """Let a function take a tangent number and give one."""
 
     @infer_global(function)
     class Template(AbstractTemplate):
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args, kws):
             return signature(args[0], *args) if len(args) == 1 and _is_tangent(args[0]) else None
 
     @lower_builtin(function, TangentType)
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def lower(context, builder, sig, args):
         (kind,) = sig.args
         a, x = _operands(context, builder, kind, (kind,), args)
         return _pack(a, kind, *emit(a, x))
 
 
-def _size(a: Any, x: _Number) -> tuple[Any, list[Any]]:
+def _size(a, x: _Number) -> tuple[Any, list[Any]]:
     negative = a.is_negative(x.value)
     value, *slopes = [a.select(negative, a.negative(p), p) for p in (x.value, *x.slopes)]
     return value, slopes
@@ -288,13 +288,13 @@ _unary(abs, _size)
 
 @infer_global(int)
 class _Whole(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
+    def generic(self, args, kws) -> Any:
         one = len(args) == 1 and _is_tangent(args[0]) and args[0].base == types.float64
         return signature(types.int64, *args) if one else None
 
 
 @lower_builtin(int, TangentType)
-def _whole(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _whole(context, builder, sig, args):
     return builder.fptosi(builder.extract_value(args[0], 0), ir.IntType(64))
 
 
@@ -304,7 +304,7 @@ def _fma(typingctx, x, y, z):
     if to is None:
         return None
 
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, b, sig, args):
         a, p, q, r = _operands(context, b, to, sig.args, args)
         value = a.fused(p.value, q.value, r.value)
         slopes = r.slopes
@@ -325,7 +325,7 @@ def _select(typingctx, condition, x, y):
     if to is None or (condition == LANE_MASK) != _is_eight(to):
         return None
 
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, b, sig, args):
         a, p, q = _operands(context, b, to, sig.args[1:], args[1:])
         zero = ir.Constant(context.get_value_type(to.element), None)
         s, u = p.slopes or [zero] * to.count, q.slopes or [zero] * to.count
@@ -344,7 +344,7 @@ def _like(typingctx, value, example):
     if to != example:
         return None
 
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         a, number = _operands(context, builder, to, sig.args[:1], args[:1])
         return _pack(a, to, number.value, number.slopes)
 
@@ -353,18 +353,18 @@ def _like(typingctx, value, example):
 
 @intrinsic
 def _value(typingctx, x):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, builder, sig, args):
         return builder.extract_value(args[0], 0)
 
     return x.base(x), codegen
 
 
-def _chained(emit: Any) -> Any:
+def _chained(emit):
     """Return an intrinsic ``(x, value, number)``: such a value, and what a number makes of slopes."""
 
     @intrinsic
     def chain(typingctx, x, value, number):
-        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def codegen(context, builder, sig, args):
             a, tangent = _operands(context, builder, x, (x,), args[:1])
             factor = tangent.beside(args[2])
             return _pack(a, x, args[1], [emit(a, s, factor) for s in tangent.slopes])
@@ -378,7 +378,7 @@ _by = _chained(lambda a, slope, factor: a.multiply(factor, slope))
 _over = _chained(lambda a, slope, divisor: a.divide(slope, divisor))
 
 
-def _of_tangents(function: Any, compiled: Any) -> None:
+def _of_tangents(function, compiled) -> None:
     """Let a function of tangent numbers be compiled as another."""
     # Symbols are made of it, and must differ (`compile._unique` says why).
     compiled.__qualname__ = f"{function.__name__}_of_tangents"
@@ -407,7 +407,7 @@ def _magnitude(typingctx, x):
     if not _is_tangent(x):
         return None
 
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, b, sig, args):
         a, number = _operands(context, b, x, (x,), args)
         found = a.absolute(number.factor)
         for slope in number.slopes:
@@ -431,7 +431,7 @@ def _lane(typingctx, x, index):
         return None
     one = x.singles()
 
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+    def codegen(context, b, sig, args):
         position = context.cast(b, args[1], sig.args[1], types.int32)
         found = cgutils.get_null_value(context.get_value_type(one))
         for place in (x.place(k) for k in range(len(x.parts))):

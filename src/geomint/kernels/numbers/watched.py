@@ -5,16 +5,12 @@ would do silently: a row outside of the block, from the end (negative) too; a ro
 is written; a row written that belongs to others. Parts of them watch as well.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .blocks import Block
-
-__all__ = ["AccessError", "Fresh", "Given"]
 
 
 class AccessError(Exception):
@@ -26,7 +22,7 @@ class AccessError(Exception):
         The block, the row (of the whole block, where a part was addressed), and how many there are.
     """
 
-    def __init__(self, what: str, name: str, index: Any, size: int) -> None:
+    def __init__(self, what: str, name: str, index, size: int) -> None:
         super().__init__(what)
         self.name, self.index, self.size = name, index, size
 
@@ -44,7 +40,7 @@ class Given(Block):
         self._check("reads", row)
         return self.data[row]
 
-    def __setitem__(self, row: int, value: Any) -> None:
+    def __setitem__(self, row: int, value) -> None:
         self._check("writes", row)
         raise self._error(
             f"writes row {row + self.first} of {self.name}, which is not its own", row
@@ -53,7 +49,7 @@ class Given(Block):
     def __iter__(self) -> Any:
         raise self._misused(f"takes {self.name} apart: rows are {self.name}[i], i in range(…)")
 
-    def __array__(self, *args: Any, **options: Any) -> Any:
+    def __array__(self, *args, **options) -> Any:
         raise self._misused(f"hands {self.name} to numpy: write a loop over its rows")
 
     def part(self, start: int, rows: int) -> Block:
@@ -73,7 +69,7 @@ class Given(Block):
         plural = "" if self.size == 1 else "s"
         return f"{self.size} row{plural}, counted from 0" if self.size else "no rows"
 
-    def _check(self, verb: str, row: Any) -> None:
+    def _check(self, verb: str, row) -> None:
         if isinstance(row, slice):
             one = f"{self.name}[i] one by one; a part is gi.part({self.name}, start, rows)"
             raise self._misused(f"{verb} a slice of {self.name}: rows are {one}")
@@ -85,7 +81,7 @@ class Given(Block):
     def _misused(self, what: str) -> AccessError:
         return AccessError(what, self.name, None, self.size)
 
-    def _outside(self, verb: str, row: Any) -> AccessError:
+    def _outside(self, verb: str, row) -> AccessError:
         at = row + self.first
         what = f"{verb} row {at} of {self.name}, which has {self.count}"
         if 0 <= at < self.size:  # inside of the block, but outside of the part that was taken
@@ -93,7 +89,7 @@ class Given(Block):
             what = f"{verb} row {at} of {self.name} through a part of rows {self.first} … {last}"
         return self._error(what, row)
 
-    def _error(self, what: str, row: Any) -> AccessError:
+    def _error(self, what: str, row) -> AccessError:
         return AccessError(what, self.name, row + self.first, self.size)
 
 
@@ -113,7 +109,7 @@ class Fresh(Given):
             raise self._error(f"reads row {at} of {self.name} before it is written", row)
         return self.data[row]
 
-    def __setitem__(self, row: int, value: Any) -> None:
+    def __setitem__(self, row: int, value) -> None:
         self._check("writes", row)
         try:
             self.data[row] = [] if value is None else value  # of None numpy makes NaN

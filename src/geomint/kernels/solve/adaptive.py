@@ -14,10 +14,7 @@ The problem's own time is one more row of the state, summed with compensation li
 handed out with them (`adaptive_memory`). Scalar numbers only: lanes would each need steps of their own.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.blocks import REST, part, section, sections
@@ -42,17 +39,7 @@ LEAST_FORMER = 1e-4  # an error much below the tolerance shall not weigh on the 
 @inlined
 def adaptive_coefficients(n: int, numbers: int) -> Coefficients:
     """Return the layout of coefficients: the piece of each of n rows, the numbers of the method."""
-    return Coefficients(
-        rtol=1,
-        atol=1,
-        max_step=1,
-        end=1,
-        order=1,
-        estimates=1,
-        reuse=1,
-        pieces=n,
-        numbers=numbers,
-    )
+    return Coefficients(1, 1, 1, 1, 1, 1, 1, n, numbers)
 
 
 @inlined
@@ -61,29 +48,18 @@ def adaptive_memory(rows: int, derivative_rows: int) -> Memory:
 
     Steps that the end of the run cuts short do not count as smallest or largest.
     """
-    return Memory(
-        states=rows,
-        carries=rows,
-        next=1,
-        former=1,
-        smallest=1,
-        largest=1,
-        known=1,
-        first=derivative_rows,
-    )
+    return Memory(rows, rows, 1, 1, 1, 1, 1, derivative_rows)
 
 
 @inlined
 def adaptive_work(n: int, derivative_rows: int, attempt: int) -> Work:
     """Return the layout of scratch: what an attempt tells, and its own."""
-    return Work(increment=n, errors=2 * n, last=derivative_rows, attempt=attempt)
+    return Work(n, 2 * n, derivative_rows, attempt)
 
 
 def _step(attempt: Recorded) -> Recorded:
     @helper
-    def step(
-        functions: Any, params: Any, coefficients: Any, memory: Any, work: Any, rows: int
-    ) -> tuple[int, int, float]:
+    def step(functions, params, coefficients, memory, work, rows: int) -> tuple[int, int, float]:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
         given = sections(coefficients, adaptive_coefficients(n, REST))
@@ -156,8 +132,8 @@ def adaptive_stepper(attempt: Recorded) -> Recorded:
     step = _step(attempt)
 
     def advance(
-        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
-        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
+        functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
+        first: int, count: int, every: int, out, ranks,
     ) -> tuple[int, int, int, float]:  # fmt: skip
         """Take up to `count` steps, none beyond the end; write every `every`-th state and the end's.
 

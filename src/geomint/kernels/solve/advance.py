@@ -9,18 +9,12 @@ first rows are the state, the next rows the carries of the compensated sums, and
 the next step depends on: saved whole, memory makes a resumed run bit-identical.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
 from ..numbers.arithmetic import top
 from .ranks import keep, rank
 from .status import OK
-
-__all__ = ["bound_stepper", "stepper", "with_maps"]
 
 
 def stepper(step: Recorded) -> Recorded:
@@ -29,8 +23,8 @@ def stepper(step: Recorded) -> Recorded:
     # A dispatcher that is handed on as an argument is an address in the machine code, which no
     # other process can use; one that is a closure value is code.
     def advance(
-        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
-        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
+        functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
+        first: int, count: int, every: int, out, ranks,
     ) -> tuple[int, int, int, float]:  # fmt: skip
         """Take `count` steps and write every `every`-th state into `out`.
 

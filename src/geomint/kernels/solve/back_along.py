@@ -1,12 +1,8 @@
 """Many points back to a level, each along ways of its own, by Newton's method."""
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, FIELD, REAL, WHOLE, takes
+from ..compiling.signatures import FIELD, of_header
 from ..numbers.blocks import part
 from .small_matrices import largest
 from .stage_matrices import factor_whole, padded, solve_whole
@@ -25,9 +21,7 @@ def scratch_of(rows: int, conditions: int) -> tuple[int, int]:
 
 
 @helper
-def write_off(
-    values: Any, params: Any, wanted: Any, sizes: Any, conditions: int, y: Any, work: Any, off: Any
-) -> float:  # fmt: skip
+def write_off(values, params, wanted, sizes, conditions: int, y, work, off) -> float:
     """Write how far conditions are from holding, in their sizes; return the largest."""
     values(params, 0.0, y, off, work)
     for c in range(conditions):
@@ -37,21 +31,21 @@ def write_off(
 
 @helper
 def back_along(
-    values: Any,
-    params: Any,
-    wanted: Any,
-    sizes: Any,
+    values,
+    params,
+    wanted,
+    sizes,
     rows: int,
     conditions: int,
     count: int,
     on: float,
-    ahead: Any,
-    ways: Any,
-    work: Any,
-    scratch: Any,
-    matrix: Any,
-    a: Any,
-    found: Any,
+    ahead,
+    ways,
+    work,
+    scratch,
+    matrix,
+    a,
+    found,
 ) -> None:
     """Write ``a`` with ``ahead − Σ a_c ways_c`` on the level, for each point, from what it is.
 
@@ -100,21 +94,4 @@ def back_along(
                 own[c] = own[c] + off[c]
 
 
-_BACK_ALONG = takes(
-    values=FIELD,
-    params=BLOCK,
-    wanted=BLOCK,
-    sizes=BLOCK,
-    rows=WHOLE,
-    conditions=WHOLE,
-    count=WHOLE,
-    on=REAL,
-    ahead=BLOCK,
-    ways=BLOCK,
-    work=BLOCK,
-    scratch=BLOCK,
-    matrix=BLOCK,
-    a=BLOCK,
-    found=BLOCK,
-)
-BACK_ALONG = Bound(back_along, _BACK_ALONG)
+BACK_ALONG = Bound(back_along, of_header(back_along, values=FIELD))

@@ -4,18 +4,13 @@ What looks for events takes ten seconds to compile. It would be compiled anew fo
 those of fields, of groups, of splittings take other functions. It gets their addresses instead.
 """
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR
 from ..compiling.recorded import helper
 from ..compiling.signatures import STEPPED, Signature, advance
 from ..numbers.addresses import functions_at, stepper_at
-
-__all__ = ["by_address"]
 
 
 @functools.cache
@@ -29,8 +24,8 @@ def by_address(functions: tuple[Signature, ...]) -> Bound:
     kind = kind_of(advance(functions).of(SCALAR))
 
     def steps(
-        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
-        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
+        functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
+        first: int, count: int, every: int, out, ranks,
     ) -> tuple[int, int, int, float]:  # fmt: skip
         return stepper_at(functions, kind)(
             functions_at(functions, kind), params, coefficients, fractions, memory, work, rows, t0,

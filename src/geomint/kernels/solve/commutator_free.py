@@ -1,10 +1,7 @@
 """Commutator-free steps: products of exponentials of sums of stage generators."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, inlined
 from ..numbers.arithmetic import like, maximum, top
@@ -28,36 +25,17 @@ def commutator_free_coefficients(layout_rows: int, stages: int, flows: int) -> C
     A flow is for each stage, and for the update: its start (the stage whose value it starts from; −1:
     y), its number of exponentials, and the coefficients of each. Sizes lie where they do in any.
     """
-    return Coefficients(
-        rows=1,
-        algebra_rows=1,
-        stages=1,
-        layout_rows=1,
-        field_work=1,
-        layout=layout_rows,
-        c=stages,
-        flows=flows,
-    )
+    return Coefficients(1, 1, 1, 1, 1, layout_rows, stages, flows)
 
 
 @inlined
 def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> Work:
     """Return the layout of scratch: generators, moves of stages and update, exponent, value, move."""
-    return Work(
-        xi=stages * m,
-        moves=(stages + 1) * rows,
-        v=m,
-        Y=rows,
-        step=rows,
-        field_scratch=field_work,
-        scratch=scratch,
-    )
+    return Work(stages * m, (stages + 1) * rows, m, rows, rows, field_work, scratch)
 
 
 @inlined
-def combine_generators(
-    table: Any, at: int, stages: int, xi: Any, algebra_rows: int, h: float, v: Any
-) -> None:
+def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h: float, v) -> None:
     """Write ``v = h Σ_j table[at + j] ξ_j``."""
     for r in range(algebra_rows):
         total = 0.0 * v[r]
@@ -83,15 +61,7 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
 
     @inlined
     def commutator_free(
-        generator: Any,
-        maps: Any,
-        params: Any,
-        coefficients: Any,
-        substep: int,
-        memory: Any,
-        work: Any,
-        t: float,
-        h: float,
+        generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
     ) -> tuple[int, int, float]:
         """Build the stages and the update as moves: the differences of their values from the state.
 

@@ -1,13 +1,8 @@
 """Sums that keep what rounding loses."""
 
-from __future__ import annotations
-
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import helper, inlined
-
-__all__ = ["State", "add_compensated", "compensated_state"]
 
 State = namedtuple("State", "y carry")
 
@@ -15,11 +10,11 @@ State = namedtuple("State", "y carry")
 @inlined
 def compensated_state(rows: int) -> State:
     """Return the layout of a memory that is a state and the carries of its sums."""
-    return State(y=rows, carry=rows)
+    return State(rows, rows)
 
 
 @helper
-def add_compensated(state: Any, carry: Any, row: int, increment: Any) -> None:
+def add_compensated(state, carry, row: int, increment) -> None:
     """Add `increment` to ``state[row] + carry[row]``, an unevaluated sum (Knuth's TwoSum).
 
     The rounded sum goes to `state`, the rest to `carry`; both are blocks of any kind.

@@ -10,13 +10,9 @@ The sign of 0 is that before: a root exactly at a node counts once, where the si
 where a run begins does not count.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, VALUE, WHOLE, Kind, of_stepper
+from ..compiling.signatures import VALUE, of_stepper
 from ..numbers.blocks import part
 from .orbit import (
     INSIDE_STEP,
@@ -28,7 +24,7 @@ from .orbit import (
     root,
     values_inside,
 )
-from .partial import BEGUN
+from .partial import WRITE
 from .sign_changes import (
     FIVE,
     NODES,
@@ -62,7 +58,7 @@ SCRATCH = WEIGHTS + NODES + PIECES + 2 * FIVE + 2 * NINE
 
 
 @helper
-def keep(orbit: Any, node: int, theta: float, sign: float, at: int, out: Any) -> None:
+def keep(orbit, node: int, theta: float, sign: float, at: int, out) -> None:
     """Write an event: its time, its direction, and the state that is in memory."""
     rows = orbit.rows
     row = part(out, at * (rows + 2), rows + 2)
@@ -74,8 +70,8 @@ def keep(orbit: Any, node: int, theta: float, sign: float, at: int, out: Any) ->
 
 @helper
 def met(
-    orbit: Any, node: int, a: float, b: float, f: Any, roots: int, sign: float, direction: int,
-    signs: Any, found: int, out: Any,
+    orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
+    found: int, out,
 ) -> int:  # fmt: skip
     """Take a part of a step with no root or one; return how many events have been found.
 
@@ -96,9 +92,7 @@ def met(
 
 
 @helper
-def look_inside(
-    orbit: Any, node: int, direction: int, signs: Any, f: Any, b: Any, found: int, out: Any
-) -> int:  # fmt: skip
+def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) -> int:
     """Find the events of a step along what is remembered of it; return −1 if that is not clear.
 
     The whole step at once if that is enough, or else its halves.
@@ -141,7 +135,7 @@ def look_inside(
 
 
 @helper
-def halved(pieces: Any, at: int, low: float, high: float, f: Any, odd: Any) -> None:
+def halved(pieces, at: int, low: float, high: float, f, odd) -> None:
     """Write both halves of a part, the first on top: its ends and five values each."""
     width = 2 + FIVE
     second, first = part(pieces, at * width, width), part(pieces, (at + 1) * width, width)
@@ -153,10 +147,7 @@ def halved(pieces: Any, at: int, low: float, high: float, f: Any, odd: Any) -> N
 
 
 @helper
-def search(
-    orbit: Any, node: int, direction: int, signs: Any, pieces: Any, values: Any, found: int,
-    out: Any,
-) -> int:  # fmt: skip
+def search(orbit, node: int, direction: int, signs, pieces, values, found: int, out) -> int:
     """Find the events of a step on the orbit itself, part by part; return how many there are then."""
     f, b = part(values, 0, FIVE), part(values, FIVE, FIVE)
     note, width = orbit.note, 2 + FIVE
@@ -199,11 +190,9 @@ def search(
 
 @helper
 def find(
-    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-    work: Any, rows: int, write: Any, table: Any, whole: Any, begun: Any, inside: Any,
-    places: Any, known: Any, event: Any, component: int, y: Any, free: Any, direction: int,
-    states: Any, times: Any, memories: Any, before: Any, first: int, signs: Any, scratch: Any,
-    note: Any, room: int, out: Any,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
+    whole, begun, inside, places, known, event, component: int, y, free, direction: int, states,
+    times, memories, before, first: int, signs, scratch, note, room: int, out,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write the events between nodes, from node `first` on: time, direction, state.
 
@@ -304,25 +293,4 @@ def find(
     return OK, len(times) - 1, found, 0.0
 
 
-_FIND: dict[str, Kind] = {
-    **{name: kind for name, kind in BEGUN.items() if name != "span"},
-    "inside": INSIDE_STEP,
-    "places": BLOCK,
-    "known": BLOCK,
-    "event": VALUE,
-    "component": WHOLE,
-    "y": BLOCK,
-    "free": BLOCK,
-    "direction": WHOLE,
-    "states": BLOCK,
-    "times": BLOCK,
-    "memories": BLOCK,
-    "before": BLOCK,
-    "first": WHOLE,
-    "signs": BLOCK,
-    "scratch": BLOCK,
-    "note": BLOCK,
-    "room": WHOLE,
-    "out": BLOCK,
-}
-EVENTS = Bound(find, of_stepper(**_FIND))
+EVENTS = Bound(find, of_stepper(find, write=WRITE, inside=INSIDE_STEP, event=VALUE))

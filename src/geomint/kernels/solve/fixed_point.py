@@ -19,8 +19,6 @@ before its increments have one. A piece without a size has that of `SMALLEST`, s
 is a large δ and never the end.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper, inlined
@@ -56,13 +54,13 @@ NEWTON_ROUNDING = 2.0**-40
 
 
 @inlined
-def inverse_size(size: Any) -> Any:
+def inverse_size(size) -> Any:
     """Return 1 / size, that of `SMALLEST` for what is smaller."""
     return 1.0 / maximum(size, like(SMALLEST, size))
 
 
 @inlined
-def larger(x: Any, moves: Any, n: int) -> Any:
+def larger(x, moves, n: int) -> Any:
     """Return the size of a piece: the largest of its numbers and of their increments, no slopes."""
     size = 0.0 * plain(x[0])
     for i in range(n):
@@ -83,7 +81,7 @@ def failure(iteration: int) -> int:
 
 
 @inlined
-def rounding_left(change: Any, number: Any) -> Any:
+def rounding_left(change, number) -> Any:
     """Tell whether a change is not more than a few roundings of numbers of the kind of `number`."""
     return change <= ROUNDINGS * epsilon(number)
 
@@ -110,7 +108,7 @@ def no_contraction(iteration: int, patience: int, change: float) -> bool:
 
 
 @helper
-def solved(change: Any, last: Any, before: Any, tolerance: Any, rounding: Any, final: bool) -> Any:
+def solved(change, last, before, tolerance, rounding, final: bool) -> Any:
     """Tell, in every lane, whether the iteration has ended.
 
     Parameters
@@ -133,7 +131,7 @@ def solved(change: Any, last: Any, before: Any, tolerance: Any, rounding: Any, f
 
 
 @helper
-def solved_by_newton(change: Any, last: Any, tolerance: float) -> Any:
+def solved_by_newton(change, last, tolerance: float) -> Any:
     """Tell, in every lane, whether Newton's method has ended.
 
     With a change less than the tolerance or than rounding, after which what is left is of the size of

@@ -10,8 +10,6 @@ Stages live in `groups` lane values a row, eight stages each; unused lanes have 
 lie symmetrically at the two ends, so that the update adds stages pairwise from the ends.
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any
@@ -57,34 +55,25 @@ def gauss_coefficients(rows: int, groups: int, substeps: int) -> Coefficients:
     """
     lanes = 8 * groups
     return Coefficients(
-        rows=1,
-        cap=1,
-        patience=1,
-        tolerance=1,
-        pieces=rows,
-        padding=padding(4 + rows),
-        c=lanes,
-        b=lanes,
-        mu=lanes * lanes,
-        predictors=substeps * lanes * lanes,
+        1, 1, 1, 1, rows, padding(4 + rows), lanes, lanes, lanes * lanes, substeps * lanes * lanes
     )
 
 
 @inlined
 def gauss_memory(rows: int, groups: int) -> Memory:
     """Return the layout of memory: state, carry, and in lanes the stage increments of the last step."""
-    return Memory(y=rows, carry=rows, padding=padding(2 * rows), stages=8 * groups * rows)
+    return Memory(rows, rows, padding(2 * rows), 8 * groups * rows)
 
 
 @inlined
 def gauss_work(rows: int, groups: int, scratch: int) -> Work:
     """Return the layout of scratch: in lanes stages, their derivatives, the field's own."""
     size = 8 * groups * rows
-    return Work(Y=size, F=size, scales=rows, padding=padding(rows), scratch=scratch)
+    return Work(size, size, rows, padding(rows), scratch)
 
 
 @inlined
-def eight_columns(columns: Any, source: int, target: int, groups: int) -> Any:
+def eight_columns(columns, source: int, target: int, groups: int) -> Any:
     """Return the columns that take the stages of group `source` to those of group `target`."""
     at = 8 * source * groups + target
     return (
@@ -100,7 +89,7 @@ def eight_columns(columns: Any, source: int, target: int, groups: int) -> Any:
 
 
 @inlined
-def combine(m: Any, L: Any, start: Any) -> Any:
+def combine(m, L, start) -> Any:
     """Return ``start + Σ_j m[j] L_j`` over the lanes of L.
 
     Four partial sums: latency, not the number of operations, is the cost (measured 1.15×).
@@ -117,9 +106,7 @@ def combine(m: Any, L: Any, start: Any) -> Any:
 
 
 @inlined
-def stage_sums(
-    m: Any, columns: Any, stages: Any, y: Any, carry: Any, Y: Any, groups: int, rows: int
-) -> None:
+def stage_sums(m, columns, stages, y, carry, Y, groups: int, rows: int) -> None:
     """Write ``Y_i = y + (carry + Σ_j columns_ij L_j)`` for all stages.
 
     `m` are the columns of one group, held in registers by the caller (measured: 2 ns of 30).
@@ -139,7 +126,7 @@ def stage_sums(
 
 
 @inlined
-def increment(stages: Any, row: int, groups: int, rows: int) -> float:
+def increment(stages, row: int, groups: int, rows: int) -> float:
     """Return ``Σ_j L_j``, the stages added pairwise from the ends."""
     front = stages[row]
     back = stages[(groups - 1) * rows + row]
@@ -193,8 +180,8 @@ inverse_scales = scales_by(magnitude)
 
 @inlined
 def gauss_step(
-    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any, t: float,
-    h: float, groups: int, rows: int,
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
+    rows: int,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Solve for the stages by fixed-point iteration and add the update.
 

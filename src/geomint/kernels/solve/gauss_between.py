@@ -11,10 +11,7 @@ nodes of both tells what the step has added with nearly twice the order, and the
 collocation polynomial how far that is known.
 """
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, top
@@ -25,7 +22,7 @@ __all__ = ["gauss_between", "gauss_inside", "gauss_polynomial"]
 
 
 @inlined
-def powers_of(table: Any, groups: int) -> int:
+def powers_of(table, groups: int) -> int:
     """Return the number of stages that a table was made for."""
     return int(len(table) // (8 * groups * (8 * groups + 1)))
 
@@ -35,7 +32,7 @@ def gauss_between(groups: int) -> Recorded:
     """Return ``between(coefficients, table, theta)``, which makes the predictor M(θ)."""
 
     @helper
-    def between(coefficients: Any, table: Any, theta: float) -> None:
+    def between(coefficients, table, theta: float) -> None:
         columns = 8 * groups * groups
         rows = int(top(section(coefficients, gauss_coefficients(0, groups, REST), "rows")[0]))
         numbers = gauss_coefficients(rows, groups, REST)
@@ -56,7 +53,7 @@ def gauss_polynomial(groups: int) -> Recorded:
     """Return ``polynomial(memory, table, rows, out)``: coefficients of θ, θ², …, row after row."""
 
     @helper
-    def polynomial(memory: Any, table: Any, rows: int, out: Any) -> None:
+    def polynomial(memory, table, rows: int, out) -> None:
         powers = powers_of(table, groups)
         stages = as_lanes(section(memory, gauss_memory(rows, groups), "stages"), 0, rows * groups)
         sums = part(table, 64 * powers * groups * groups, 8 * powers * groups)
@@ -84,9 +81,7 @@ def gauss_inside(groups: int) -> Recorded:
     """
 
     @helper
-    def inside(
-        memory: Any, before: Any, table: Any, rows: int, first: int, count: int, out: Any
-    ) -> None:
+    def inside(memory, before, table, rows: int, first: int, count: int, out) -> None:
         columns = as_lanes(table, 0, 24 * groups)
         layout = gauss_memory(rows, groups)
         stages = as_lanes(section(memory, layout, "stages"), 0, rows * groups)

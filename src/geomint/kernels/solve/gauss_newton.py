@@ -15,10 +15,7 @@ With derivatives beside L, the tries take L alone into account, so that its bits
 without; the derivatives are solved for afterwards, alike for directions of any length.
 """
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, plain, slope_count, top
@@ -51,9 +48,8 @@ TRIES = 3  # times the cap on iterations: for all of continuation together
 
 @inlined
 def simplified(
-    field: Any, jacobians: Any, params: Any, s: Any, t: float, h: float, tolerance: float,
-    groups: int, rows: int,
-) -> tuple[int, int, float]:  # fmt: skip
+    field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
+) -> tuple[int, int, float]:
     """Solve for L with one Jacobian."""
     cap, patience = int(s.numbers.cap[0]), int(s.numbers.patience[0])
     for i in range(groups * rows):
@@ -84,9 +80,8 @@ def simplified(
 
 @inlined
 def damped(
-    field: Any, jacobians: Any, params: Any, s: Any, t: float, h: float, tolerance: float,
-    groups: int, rows: int,
-) -> tuple[int, int, float]:  # fmt: skip
+    field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
+) -> tuple[int, int, float]:
     """Solve for L from where it is, with the Jacobian of each stage."""
     cap = int(s.numbers.cap[0])
     kept, step = s.real, s.imaginary
@@ -128,9 +123,8 @@ def damped(
 
 @inlined
 def continued(
-    field: Any, jacobians: Any, params: Any, s: Any, t: float, h: float, tolerance: float,
-    groups: int, rows: int,
-) -> tuple[int, int, float]:  # fmt: skip
+    field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
+) -> tuple[int, int, float]:
     """Solve for L from 0, or from the increments of a shorter step, as long as need be."""
     most = TRIES * int(s.numbers.cap[0])
     for i in range(groups * rows):
@@ -158,7 +152,7 @@ def continued(
 
 
 @helper
-def roughness(coefficients: Any, substep: int, s: Any, groups: int, rows: int) -> float:
+def roughness(coefficients, substep: int, s, groups: int, rows: int) -> float:
     """Return how large what the step extrapolates to is, over the sizes of pieces."""
     columns = 8 * groups * groups
     given = sections(coefficients, gauss_coefficients(rows, groups, REST))
@@ -170,8 +164,8 @@ def roughness(coefficients: Any, substep: int, s: Any, groups: int, rows: int) -
 
 @inlined
 def newton_step(
-    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any,
-    t: float, h: float, groups: int, rows: int,
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
+    rows: int,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Take the step of the fixed-point iteration where it contracts, and else by Newton's method.
 

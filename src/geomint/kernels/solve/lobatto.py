@@ -79,54 +79,24 @@ def lobatto_coefficients(substeps: int) -> Coefficients:
 def lobatto_memory(n: int, m: int, clock: int) -> Memory:
     """Return the layout of memory: state (q, p), clock, the carries of all; K, L and λ in lanes."""
     rows = 2 * n + clock
-    return Memory(
-        state=2 * n,
-        clock=clock,
-        carry=rows,
-        padding=padding(2 * rows),
-        K=8 * n,
-        L=8 * n,
-        lam=8 * m,
-    )
+    return Memory(2 * n, clock, rows, padding(2 * rows), 8 * n, 8 * n, 8 * m)
 
 
 @inlined
 def lobatto_work(n: int, m: int, scratch: int) -> Work:
     """Return the layout of scratch, in lane values; the names are those of `rattle_work`."""
-    return Work(
-        Q=n,
-        P=n,
-        dp0=n,
-        dp1=n,
-        trial=n,
-        pushes=n,
-        three=3 * n,
-        G1=m * n,
-        response=m * n,
-        matrix=m * m,
-        g=m,
-        scratch=scratch,
-    )
+    return Work(n, n, n, n, n, n, 3 * n, m * n, m * n, m * m, m, scratch)
 
 
 @inlined
-def lane_rows(block: Any, rows: int) -> Any:
+def lane_rows(block, rows: int) -> Any:
     """Return a block of single numbers as so many lane values."""
     return as_lanes(block, 0, rows)
 
 
 @inlined
 def lobatto_step(
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    substep: int,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-    n: int,
-    m: int,
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float, n: int, m: int
 ) -> tuple[int, int, float]:
     """Solve for the stages by fixed-point iteration; inside each a Newton step for all multipliers.
 
@@ -228,17 +198,7 @@ def lobatto_step(
 
 @helper
 def finish(
-    functions: Any,
-    params: Any,
-    kept: Memory,
-    own: Work,
-    lanes: Any,
-    times: Any,
-    weights: Any,
-    final: Any,
-    end: Any,
-    n: int,
-    m: int,
+    functions, params, kept: Memory, own: Work, lanes, times, weights, final, end, n: int, m: int
 ) -> float:
     """Add the update of solved stages, with the multiplier of the last; where it is found, in memory.
 

@@ -5,15 +5,12 @@ same order as of one: their bits are those of single runs, whatever company they
 take one motion after the other here, as compiled code too, so that threads share the work.
 """
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR, NumberType
 from ..compiling.recorded import Recorded, helper, inlined
-from ..compiling.signatures import BLOCK, MEMORY, PARAMS, WHOLE, Functions, OfType, Signature, takes
+from ..compiling.signatures import MEMORY, PARAMS, Functions, OfType, of_header
 from ..numbers.blocks import as_singles, part
 from ..numbers.lanes import LANES
 from .status import OK
@@ -23,19 +20,17 @@ __all__ = ["ENDED", "OPEN", "members_sweep"]
 OPEN, ENDED, FAILED = 0.0, 1.0, 2.0  # what is known of a member
 AT_ONCE = 4096  # steps between which Ctrl-C is seen
 
-_SINGLES = ("starts", "lengths", "counts", "rests", "states", "saved", "found", "stop", "carries")
-
 
 @functools.cache
 def members_loop(width: int) -> Recorded:
     """Return the loop over members, `width` of them at once."""
 
     @inlined
-    def singles(block: Any) -> Any:
+    def singles(block):
         return as_singles(block) if width > 1 else block
 
     @helper
-    def load(values: Any, first: int, here: int, rows: int, own: Any) -> None:
+    def load(values, first: int, here: int, rows: int, own) -> None:
         """Write rows of members into lanes; lanes that have none repeat the last member."""
         for lane in range(width):
             at = (first + min(lane, here - 1)) * rows
@@ -43,15 +38,14 @@ def members_loop(width: int) -> Recorded:
                 own[width * r + lane] = values[at + r]
 
     @helper
-    def store(own: Any, lane: int, values: Any, at: int, rows: int) -> None:
+    def store(own, lane: int, values, at: int, rows: int) -> None:
         for r in range(rows):
             values[at + r] = own[width * r + lane]
 
     @helper
     def members(
-        advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-        work: Any, times: Any, moved: Any, starts: Any, lengths: Any, counts: Any, rests: Any,
-        states: Any, saved: Any, found: Any, stop: Any, carries: Any, rows: int, every: int,
+        advance, functions, params, coefficients, fractions, memory, work, times, moved, starts,
+        lengths, counts, rests, states, saved, found, stop, carries, rows: int, every: int,
         saves: int,
     ) -> None:  # fmt: skip
         """Move members to their ends.
@@ -145,20 +139,12 @@ def members_loop(width: int) -> Recorded:
 
 def members_sweep(kernel: Bound, functions: tuple[Bound, ...], numbers: NumberType) -> Bound:
     """Return the loop for a stepper's loop and the functions that it takes, in such numbers."""
-    lanes = numbers is not SCALAR
-    own = OfType(MEMORY, numbers)
-    taken: Signature = takes(
-        None,
+    loop = members_loop(1 if numbers is SCALAR else LANES)
+    taken = of_header(
+        loop,
         advance=kernel.signature,
         functions=Functions(tuple(f.signature for f in functions)),
         params=OfType(PARAMS, numbers),
-        coefficients=BLOCK,
-        fractions=BLOCK,
-        memory=own,
-        work=own,
-        times=own,
-        moved=BLOCK,
-        **dict.fromkeys(_SINGLES, BLOCK),
-        **dict.fromkeys(("rows", "every", "saves"), WHOLE),
+        **dict.fromkeys(("memory", "work", "times"), OfType(MEMORY, numbers)),
     )
-    return Bound(members_loop(LANES if lanes else 1), taken)
+    return Bound(loop, taken)

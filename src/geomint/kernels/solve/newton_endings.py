@@ -5,8 +5,6 @@ residuals: changes of L fall to that, not to a few roundings of L. How much it i
 how stiff, along which ways, and how sizes of pieces compare; so it is measured (`rounding`).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper, inlined
@@ -40,7 +38,7 @@ TURN = 0.764  # of parts in (−1, 1] that do not repeat from row to row
 
 
 @inlined
-def plain_size(x: Any) -> Any:
+def plain_size(x) -> Any:
     """Return |x| without derivatives."""
     return abs(plain(x))
 
@@ -49,7 +47,7 @@ plain_scales = scales_by(plain_size)
 
 
 @helper
-def size_of_vector(s: Any, rows: int) -> float:
+def size_of_vector(s, rows: int) -> float:
     """Return the largest value in `vector`, over the size of its piece."""
     largest = 0.0
     for i in range(s.count):
@@ -60,7 +58,7 @@ def size_of_vector(s: Any, rows: int) -> float:
 
 
 @helper
-def size_of_change(s: Any, groups: int, rows: int) -> float:
+def size_of_change(s, groups: int, rows: int) -> float:
     """Return the largest value in `change`, over the size of its piece."""
     worst = 0.0 * plain(s.c[0])
     for g in range(groups):
@@ -71,7 +69,7 @@ def size_of_change(s: Any, groups: int, rows: int) -> float:
 
 @inlined
 def rounding(
-    field: Any, params: Any, s: Any, t: float, h: float, whole: bool, groups: int, rows: int
+    field, params, s, t: float, h: float, whole: bool, groups: int, rows: int
 ) -> tuple[float, float]:
     """Return what rounding makes of residuals and of changes: how these answer stages off by one.
 
@@ -102,8 +100,8 @@ def rounding(
 
 @inlined
 def ended(
-    field: Any, params: Any, s: Any, t: float, h: float, lack: float, change: float, last: float,
-    before: float, tolerance: float, final: bool, whole: bool, groups: int, rows: int,
+    field, params, s, t: float, h: float, lack: float, change: float, last: float, before: float,
+    tolerance: float, final: bool, whole: bool, groups: int, rows: int,
 ) -> bool:  # fmt: skip
     """Tell whether Newton's iteration has ended: by the one rule, but that rounding may be larger.
 
@@ -124,9 +122,8 @@ def ended(
 
 @inlined
 def slopes_solved(
-    field: Any, jacobians: Any, params: Any, s: Any, t: float, h: float, cap: int,
-    groups: int, rows: int,
-) -> tuple[int, int, float]:  # fmt: skip
+    field, jacobians, params, s, t: float, h: float, cap: int, groups: int, rows: int
+) -> tuple[int, int, float]:
     """Solve for the derivatives of L, which is solved for and stays as it is.
 
     The equations are linear: corrections fall until they are rounding, however large that is.

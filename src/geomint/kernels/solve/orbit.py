@@ -3,14 +3,11 @@
 A function of the state, an event, is looked at along it. What changes nothing of a run is in `Orbit`.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, WHOLE, takes
+from ..compiling.signatures import of_header
 from ..numbers.arithmetic import top
 from ..numbers.blocks import as_lanes, part
 from .partial import one_step, whole_step
@@ -52,13 +49,8 @@ Orbit = namedtuple(
 )
 
 
-INSIDE_STEP = takes(
-    memory=BLOCK, before=BLOCK, places=BLOCK, rows=WHOLE, first=WHOLE, count=WHOLE, out=BLOCK
-)
-
-
 @helper
-def conditioning(event: Any, params: Any, free: Any, t: float, y: Any, own: bool) -> float:
+def conditioning(event, params, free, t: float, y, own: bool) -> float:
     """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t|: the roundings of an orbit change f by ε times it.
 
     With `own`, each number's own size in place of the largest one.
@@ -80,7 +72,7 @@ def conditioning(event: Any, params: Any, free: Any, t: float, y: Any, own: bool
 
 
 @helper
-def begin(orbit: Any, node: int) -> None:
+def begin(orbit, node: int) -> None:
     """Take the whole step from a node, on which partial ones begin, unless it is known."""
     note, t, size = orbit.note, orbit.times[node], len(orbit.whole)
     if note[4] == node:
@@ -97,7 +89,7 @@ def begin(orbit: Any, node: int) -> None:
 
 
 @helper
-def real_value(orbit: Any, node: int, theta: float) -> float:
+def real_value(orbit, node: int, theta: float) -> float:
     """Return the event's value on the orbit, θ of a step from a node; leave the state in memory."""
     memory, rows, note = orbit.memory, orbit.rows, orbit.note
     t, h = orbit.times[node], orbit.times[node + 1] - orbit.times[node]
@@ -124,7 +116,7 @@ def real_value(orbit: Any, node: int, theta: float) -> float:
 
 
 @helper
-def values_inside(orbit: Any, node: int, first: float, last: float) -> float:
+def values_inside(orbit, node: int, first: float, last: float) -> float:
     """Write the event's values along a step from what is remembered of it; return their likely error.
 
     `UNKNOWN` where that is not known. States that are not known to a part of `RESOLVED`, and values to
@@ -172,7 +164,7 @@ def values_inside(orbit: Any, node: int, first: float, last: float) -> float:
 
 
 @helper
-def write_differences(nine: Any) -> None:
+def write_differences(nine) -> None:
     """Write the forward differences of nine values over their factorials, beside them."""
     for k in range(NINE):
         nine[NINE + k] = nine[k]
@@ -182,7 +174,7 @@ def write_differences(nine: Any) -> None:
 
 
 @helper
-def interpolated(nine: Any, theta: float) -> float:
+def interpolated(nine, theta: float) -> float:
     """Return the value at θ of the polynomial through values at 0, ⅛, … 1, from their differences."""
     total = nine[2 * NINE - 1]
     for k in range(NINE - 2, -1, -1):
@@ -191,13 +183,13 @@ def interpolated(nine: Any, theta: float) -> float:
 
 
 @helper
-def guessed_value(orbit: Any, node: int, theta: float, x: float, f: Any) -> float:
+def guessed_value(orbit, node: int, theta: float, x: float, f) -> float:
     """Return about the event's value: from those along the step, or else on the quartic at x."""
     return interpolated(orbit.nine, theta) if orbit.note[7] == node else quartic(f, x)
 
 
 @helper
-def clear_of(orbit: Any, node: int, a: float, b: float, end: float, sign: float) -> float:
+def clear_of(orbit, node: int, a: float, b: float, end: float, sign: float) -> float:
     """Return a part of the way from a to b where the event's sign is known to be that beside an end.
 
     At the end, 0 or 1, it is 0 to rounding: a search between there and the other sign may end there,
@@ -215,7 +207,7 @@ def clear_of(orbit: Any, node: int, a: float, b: float, end: float, sign: float)
 
 @helper
 def guess(
-    orbit: Any, node: int, a: float, b: float, f: Any, low: float, high: float, rising: bool
+    orbit, node: int, a: float, b: float, f, low: float, high: float, rising: bool
 ) -> tuple[float, float]:
     """Return about where the event is 0 on the way from a to b, between parts of it; its slope."""
     x = 0.5
@@ -240,7 +232,7 @@ def guess(
 
 
 @helper
-def root(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool, rounding: float) -> float:
+def root(orbit, node: int, a: float, b: float, f, rising: bool, rounding: float) -> float:
     """Return θ where the event is 0 between a and b, with one sign before it and the other one after.
 
     By the secant method on the orbit, kept within the bracket.
@@ -272,12 +264,13 @@ def root(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool, roundi
 
 
 @helper
-def nothing(
-    memory: Any, before: Any, places: Any, rows: int, first: int, count: int, out: Any
-) -> None:  # fmt: skip
+def nothing(memory, before, places, rows: int, first: int, count: int, out) -> None:
     """Write nothing: where nothing is remembered of a step."""
 
 
-def bound_inside(inside: Any = nothing) -> Bound:
+INSIDE_STEP = of_header(nothing)
+
+
+def bound_inside(inside=nothing) -> Bound:
     """Return a function that tells of a step inside, with its signature."""
     return Bound(inside, INSIDE_STEP)

@@ -6,21 +6,16 @@ is asked for. The stepper's loop is handed over by its address: nothing of a met
 and these kernels are the same for all methods.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper, inlined
-from ..compiling.signatures import BLOCK, GIVEN, MEMORY, REAL, VALUE, WHOLE, Kind, of_stepper, takes
+from ..compiling.signatures import VALUE, of_header, of_stepper
 from ..numbers.blocks import part
 from .status import OK
 
 __all__ = [
-    "BEGUN",
     "PARTIAL",
-    "POLYNOMIAL",
     "TO_CLOCK",
+    "WRITE",
     "bound_polynomial",
     "bound_write",
     "one_step",
@@ -37,19 +32,19 @@ UNSEEN = 2.0**-56
 
 
 @helper
-def cold(coefficients: Any, table: Any, theta: float) -> None:
+def cold(coefficients, table, theta: float) -> None:
     """Do nothing: where a partial step begins with nothing."""
 
 
 @helper
-def none(memory: Any, table: Any, rows: int, out: Any) -> None:
+def none(memory, table, rows: int, out) -> None:
     """Write nothing: where there is no polynomial."""
 
 
 @inlined
 def whole_step(
-    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-    work: Any, rows: int, states: Any, at: int, t: float, h: float,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, states, at: int,
+    t: float, h: float,
 ) -> int:  # fmt: skip
     """Leave in `memory` what a step of length h leaves, from the state in row `at` of states on."""
     for r in range(len(memory)):
@@ -68,9 +63,8 @@ def whole_step(
 
 @inlined
 def one_step(
-    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-    work: Any, rows: int, write: Any, table: Any, whole: Any, states: Any, at: int, t: float,
-    h: float, theta: float,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
+    whole, states, at: int, t: float, h: float, theta: float,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Leave in `memory` what a step of length h leaves, begun on what the `whole` one remembers."""
     for r in range(rows):
@@ -88,9 +82,8 @@ def one_step(
 
 @helper
 def partial(
-    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-    work: Any, rows: int, write: Any, table: Any, whole: Any, begun: Any, span: float,
-    states: Any, times: Any, nodes: Any, lengths: Any, count: int, out: Any,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
+    whole, begun, span: float, states, times, nodes, lengths, count: int, out,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write `count` states, each by a step of its length from its node; one of length 0 is the node.
 
@@ -146,7 +139,7 @@ def first_guess(x: float, begin: float, end: float, pace: float, last: float, sp
 
 
 @inlined
-def better_guess(powers: Any, gain: float, theta: float) -> float:
+def better_guess(powers, gain: float, theta: float) -> float:
     """Return where a polynomial without constant is `gain`, by Newton's method from near there."""
     for _ in range(5):
         value, slope = 0.0, 0.0
@@ -158,7 +151,7 @@ def better_guess(powers: Any, gain: float, theta: float) -> float:
 
 
 @inlined
-def slope_of(powers: Any, first: int, count: int, theta: float) -> float:
+def slope_of(powers, first: int, count: int, theta: float) -> float:
     """Return the derivative at θ of a polynomial without constant, whose powers begin at `first`."""
     slope = 0.0
     for k in range(count - 1, -1, -1):
@@ -167,7 +160,7 @@ def slope_of(powers: Any, first: int, count: int, theta: float) -> float:
 
 
 @inlined
-def shift(memory: Any, powers: Any, theta: float, change: float, row: Any) -> None:
+def shift(memory, powers, theta: float, change: float, row) -> None:
     """Write the state in memory, at θ of a step, moved along the step's polynomial."""
     count = len(powers) // len(row)
     for r in range(len(row)):
@@ -176,10 +169,9 @@ def shift(memory: Any, powers: Any, theta: float, change: float, row: Any) -> No
 
 @helper
 def to_clock(
-    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-    work: Any, rows: int, write: Any, table: Any, whole: Any, begun: Any, span: float,
-    polynomial: Any, powers: Any, rate: Any, states: Any, times: Any, nodes: Any, wanted: Any,
-    roundings: Any, count: int, scratch: Any, lengths: Any, out: Any,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
+    whole, begun, span: float, polynomial, powers, rate, states, times, nodes, wanted, roundings,
+    count: int, scratch, lengths, out,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write `count` states at times of the clock, their last row, and how long the steps to them are.
 
@@ -257,39 +249,17 @@ def to_clock(
     return OK, count, 0, 0.0
 
 
-_WRITE = takes(coefficients=GIVEN, table=BLOCK, theta=REAL)
-POLYNOMIAL = takes(memory=MEMORY, table=BLOCK, rows=WHOLE, out=BLOCK)
-BEGUN: dict[str, Kind] = {
-    "write": _WRITE,
-    "table": BLOCK,
-    "whole": BLOCK,
-    "begun": BLOCK,
-    "span": REAL,
-}
-_NODES: dict[str, Kind] = {"states": BLOCK, "times": BLOCK, "nodes": BLOCK}
-_PARTIAL: dict[str, Kind] = {**BEGUN, **_NODES, "lengths": BLOCK, "count": WHOLE, "out": BLOCK}
-_TO_CLOCK: dict[str, Kind] = {
-    **BEGUN,
-    "polynomial": POLYNOMIAL,
-    "powers": BLOCK,
-    "rate": VALUE,
-    **_NODES,
-    "wanted": BLOCK,
-    "roundings": BLOCK,
-    "count": WHOLE,
-    "scratch": BLOCK,
-    "lengths": BLOCK,
-    "out": BLOCK,
-}
-PARTIAL = Bound(partial, of_stepper(**_PARTIAL))
-TO_CLOCK = Bound(to_clock, of_stepper(**_TO_CLOCK))
+WRITE = of_header(cold)
+_POLYNOMIAL = of_header(none)
+PARTIAL = Bound(partial, of_stepper(partial, write=WRITE))
+TO_CLOCK = Bound(to_clock, of_stepper(to_clock, write=WRITE, polynomial=_POLYNOMIAL, rate=VALUE))
 
 
-def bound_write(write: Any = cold) -> Bound:
+def bound_write(write=cold) -> Bound:
     """Return a function that changes coefficients, with its signature."""
-    return Bound(write, _WRITE)
+    return Bound(write, WRITE)
 
 
-def bound_polynomial(polynomial: Any = none) -> Bound:
+def bound_polynomial(polynomial=none) -> Bound:
     """Return a function that writes a polynomial, with its signature."""
-    return Bound(polynomial, POLYNOMIAL)
+    return Bound(polynomial, _POLYNOMIAL)

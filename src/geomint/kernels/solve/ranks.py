@@ -8,7 +8,6 @@ before extrapolates to. Of other methods differences of the last states are take
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import inlined
 from ..numbers.arithmetic import fma, maximum, top
@@ -46,7 +45,7 @@ def ranks_layout(window: int, groups: int) -> Ranks:
 
 
 @inlined
-def keep(ranks: Any, memory: Any, own: float) -> None:
+def keep(ranks, memory, own: float) -> None:
     """Take the state after a step, which has a number of its `own`."""
     window, rows = int(ranks[0]), int(ranks[1])
     groups = (rows + 7) // 8
@@ -61,7 +60,7 @@ def keep(ranks: Any, memory: Any, own: float) -> None:
 
 
 @inlined
-def rank(ranks: Any, done: int) -> None:
+def rank(ranks, done: int) -> None:
     """Rank the last step, which is the one before `done`.
 
     Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Own numbers of

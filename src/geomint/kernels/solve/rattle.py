@@ -45,44 +45,18 @@ def rattle_memory(n: int, m: int, clock: int) -> Memory:
 
     That are the last increments of q and of the half step of p, multipliers, and the last h.
     """
-    return Memory(
-        state=2 * n, clock=clock, carry=2 * n + clock, last_q=n, last_p=n, lam=m, last_h=1
-    )
+    return Memory(2 * n, clock, 2 * n + clock, n, n, m, 1)
 
 
 @inlined
 def rattle_work(n: int, m: int, scratch: int) -> Work:
     """Return the layout of scratch: vectors, Jacobians, the small system, the functions' own."""
-    return Work(
-        P=n,
-        Q=n,
-        dq0=n,
-        dp0=n,
-        dq1=n,
-        dp1=n,
-        three=3 * n,
-        G0=m * n,
-        G1=m * n,
-        response=m * n,
-        matrix=m * m,
-        g=m,
-        scratch=scratch,
-    )
+    return Work(n, n, n, n, n, n, 3 * n, m * n, m * n, m * n, m * m, m, scratch)
 
 
 @helper
 def add_normal_response(
-    gradients: Any,
-    params: Any,
-    t: Any,
-    q: Any,
-    p: Any,
-    dp: Any,
-    G: Any,
-    scale: Any,
-    own: Work,
-    n: int,
-    m: int,
+    gradients, params, t, q, p, dp, G, scale, own: Work, n: int, m: int
 ) -> None:
     """Add ``scale · H_pp(q, p) Gᵀ`` to the response, a row a constraint, to some digits.
 
@@ -108,7 +82,7 @@ def add_normal_response(
 
 
 @helper
-def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
+def drop_rounding(g, G, q, n: int, m: int) -> None:
     """Set the rows of g that a rounded q and a rounded sum of n terms explain to zero.
 
     No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to
@@ -125,7 +99,7 @@ def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
 
 
 @helper
-def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: int) -> Any:
+def project_momentum(gradients, params, t, own: Work, n: int, m: int) -> Any:
     """Move P along the normals until ``G₁ ∂H/∂p(Q, P) = 0``, by Newton's method.
 
     Returns the last change over the size of P, of values. For H quadratic in p there are two steps, the
@@ -166,15 +140,7 @@ def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: 
 
 @inlined
 def rattle_step(
-    functions: Any,
-    params: Any,
-    given: Coefficients,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-    n: int,
-    m: int,
+    functions, params, given: Coefficients, memory, work, t: float, h: float, n: int, m: int
 ) -> tuple[int, int, float]:
     """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.26).
 

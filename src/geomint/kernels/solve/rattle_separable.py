@@ -1,9 +1,6 @@
 """RATTLE for H = ½ pᵀM⁻¹p + V(t, q): explicit but for the multipliers of one projection."""
 
-from __future__ import annotations
-
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
@@ -27,49 +24,24 @@ Work = namedtuple("Work", "kick free increment Q rest force unused G0 G1 respons
 @inlined
 def separable_rattle_memory(n: int, m: int, clock: int) -> Memory:
     """Return the layout of memory: state (q, p), clock, the carries of all, multipliers."""
-    return Memory(state=2 * n, clock=clock, carry=2 * n + clock, lam=m)
+    return Memory(2 * n, clock, 2 * n + clock, m)
 
 
 @inlined
 def separable_rattle_work(n: int, m: int, scratch: int) -> Work:
     """Return the layout of scratch: vectors, Jacobians, G M⁻¹, the small system, the functions'."""
-    return Work(
-        kick=n,
-        free=n,
-        increment=n,
-        Q=n,
-        rest=n,
-        force=n,
-        unused=n,
-        G0=m * n,
-        G1=m * n,
-        response=m * n,
-        matrix=m * m,
-        g=m,
-        scratch=scratch,
-    )
+    return Work(n, n, n, n, n, n, n, m * n, m * n, m * n, m * m, m, scratch)
 
 
 @helper
-def slopes(
-    gradients: Any,
-    params: Any,
-    t: Any,
-    q: Any,
-    G: Any,
-    dq: Any,
-    response: Any,
-    work: Any,
-    n: int,
-    m: int,
-) -> None:
+def slopes(gradients, params, t, q, G, dq, response, work, n: int, m: int) -> None:
     """Write ∂V/∂q to `dq` and ``G M⁻¹`` to `response`: ∂H/∂p is linear, its argument a row of G."""
     for a in range(m):
         gradients(params, t, q, part(G, a * n, n), dq, part(response, a * n, n), work)
 
 
 @helper
-def displace(q: Any, carry: Any, step: Any, lam: Any, own: Work, n: int, m: int) -> None:
+def displace(q, carry, step, lam, own: Work, n: int, m: int) -> None:
     """Write the `increment` ``free − h²/2 M⁻¹G(q)ᵀλ``, the new q rounded (`Q`), and what that loses.
 
     Multiplied by h/2 and h as the momentum is: the rounding of h²/2, the same in every step, made the
@@ -87,16 +59,7 @@ def displace(q: Any, carry: Any, step: Any, lam: Any, own: Work, n: int, m: int)
 
 @helper
 def project_on_manifold(
-    constraint: Any,
-    params: Any,
-    given: Coefficients,
-    q: Any,
-    carry: Any,
-    step: Any,
-    lam: Any,
-    own: Work,
-    n: int,
-    m: int,
+    constraint, params, given: Coefficients, q, carry, step, lam, own: Work, n: int, m: int
 ) -> tuple[int, int, float]:
     """Find λ with ``g(q + free − h²/2 M⁻¹G(q)ᵀλ) = 0`` by Newton's method, started from `lam`.
 
@@ -143,15 +106,7 @@ def project_on_manifold(
 
 @inlined
 def separable_rattle_step(
-    functions: Any,
-    params: Any,
-    given: Coefficients,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-    n: int,
-    m: int,
+    functions, params, given: Coefficients, memory, work, t: float, h: float, n: int, m: int
 ) -> tuple[int, int, float]:
     """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.27).
 

@@ -1,7 +1,5 @@
 """Runge–Kutta–Munthe-Kaas steps: a Runge–Kutta method in the Lie algebra."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any
@@ -36,22 +34,11 @@ Work = namedtuple("Work", "u xi increment Y k field_scratch scratch")
 @inlined
 def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
     """Return the layout of coefficients: sizes, the group's own `layout`, the tableau; A is full."""
-    return Coefficients(
-        rows=1,
-        algebra_rows=1,
-        stages=1,
-        layout_rows=1,
-        field_work=1,
-        layout=layout_rows,
-        A=s * s,
-        b=s,
-        c=s,
-        errors=errors,
-    )
+    return Coefficients(1, 1, 1, 1, 1, layout_rows, s * s, s, s, errors)
 
 
 @inlined
-def table_of(coefficients: Any) -> Any:
+def table_of(coefficients) -> Any:
     """Return the parts of coefficients by name; the first numbers lie where they do in any."""
     header = rkmk_coefficients(0, 0, REST)
     layout_rows = int(section(coefficients, header, "layout_rows")[0])
@@ -62,13 +49,11 @@ def table_of(coefficients: Any) -> Any:
 @inlined
 def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> Work:
     """Return the layout of scratch: exponent, ξ, increment, stage, derivatives, the functions' own."""
-    return Work(
-        u=m, xi=m, increment=rows, Y=rows, k=stages * m, field_scratch=field_work, scratch=scratch
-    )
+    return Work(m, m, rows, rows, stages * m, field_work, scratch)
 
 
 @inlined
-def parts_of(work: Any, table: Any, rows: int, m: int) -> Any:
+def parts_of(work, table, rows: int, m: int) -> Any:
     """Return the parts of scratch by name."""
     return sections(work, rkmk_work(rows, m, len(table.b), int(table.field_work[0]), REST))
 
@@ -76,7 +61,7 @@ def parts_of(work: Any, table: Any, rows: int, m: int) -> Any:
 @inlined
 def dexpinv_work(rows: int, scratch: int) -> Series:
     """Return the layout of scratch of a series: two elements of the algebra, the bracket's own."""
-    return Series(a=rows, b=rows, scratch=scratch)
+    return Series(rows, rows, scratch)
 
 
 @functools.cache
@@ -121,9 +106,7 @@ def dexpinv_series(
 
 
 @inlined
-def stage_value(
-    act: Any, table: Any, i: int, y: Any, carry: Any, own: Work, h: float, n: int, m: int
-) -> None:
+def stage_value(act, table, i: int, y, carry, own: Work, h: float, n: int, m: int) -> None:
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
     if i == 0:
         for r in range(n):
@@ -138,13 +121,13 @@ def stage_value(
 
 @inlined
 def write_stages(
-    generator: Any,
-    act: Any,
-    inverse: Any,
-    params: Any,
-    table: Any,
-    y: Any,
-    carry: Any,
+    generator,
+    act,
+    inverse,
+    params,
+    table,
+    y,
+    carry,
     own: Work,
     t: float,
     h: float,
@@ -172,16 +155,7 @@ def write_stages(
 
 @inlined
 def diagnose(
-    generator: Any,
-    act: Any,
-    params: Any,
-    table: Any,
-    y: Any,
-    carry: Any,
-    own: Work,
-    t: float,
-    h: float,
-    m: int,
+    generator, act, params, table, y, carry, own: Work, t: float, h: float, m: int
 ) -> tuple[int, float]:
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
     # Inlined: code in which a function is handed over by its address cannot be kept on disk.
@@ -218,15 +192,7 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
 
     @inlined
     def rkmk(
-        generator: Any,
-        maps: Any,
-        params: Any,
-        coefficients: Any,
-        substep: int,
-        memory: Any,
-        work: Any,
-        t: float,
-        h: float,
+        generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
     ) -> tuple[int, int, float]:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
         act, inverse = maps

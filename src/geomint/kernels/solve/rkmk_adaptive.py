@@ -1,9 +1,6 @@
 """Adaptive Runge–Kutta–Munthe-Kaas steps: an attempt with the errors of its exponent."""
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.recorded import Recorded, inlined
 from ..numbers.blocks import REST, part, sections
@@ -12,8 +9,6 @@ from .advance import with_maps
 from .rkmk import diagnose, parts_of, table_of, write_stages
 from .runge_kutta import HUGE, combine, largest
 from .status import OK
-
-__all__ = ["adaptive_rkmk_stepper"]
 
 
 @functools.cache
@@ -24,16 +19,16 @@ def adaptive_rkmk_stepper(
 
     @inlined
     def rkmk(
-        generator: Any,
-        maps: Any,
-        params: Any,
-        numbers: Any,
+        generator,
+        maps,
+        params,
+        numbers,
         reuse: int,
-        y: Any,
-        carry: Any,
-        first: Any,
+        y,
+        carry,
+        first,
         known: int,
-        work: Any,
+        work,
         t: float,
         h: float,
     ) -> tuple[int, float]:

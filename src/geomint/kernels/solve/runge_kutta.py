@@ -1,7 +1,5 @@
 """Explicit Runge–Kutta steps of any tableau, for any kind of number."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any
@@ -33,11 +31,11 @@ HUGE = 1e300  # what is not less counts as not finite
 @inlined
 def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
     """Return the layout of coefficients: A is full. Where `stages` lies depends on nothing."""
-    return Coefficients(rows=1, stages=1, A=s * s, b=s, c=s, errors=errors)
+    return Coefficients(1, 1, s * s, s, s, errors)
 
 
 @inlined
-def table_of(coefficients: Any) -> Any:
+def table_of(coefficients) -> Any:
     """Return the parts of coefficients by name."""
     stages = int(section(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
     return sections(coefficients, runge_kutta_coefficients(stages, REST))
@@ -46,11 +44,11 @@ def table_of(coefficients: Any) -> Any:
 @inlined
 def runge_kutta_work(rows: int, stages: int, field_work: int) -> Work:
     """Return the layout of scratch: stage derivatives, one stage, the field's own."""
-    return Work(k=stages * rows, Y=rows, scratch=field_work)
+    return Work(stages * rows, rows, field_work)
 
 
 @inlined
-def combine(weights: Any, k: Any, h: float, zero: Any, out: Any, rows: int) -> None:
+def combine(weights, k, h: float, zero, out, rows: int) -> None:
     """Write ``h Σ_j weights[j] k_j``; `k` holds the vectors of `rows` one after the other.
 
     `zero` is the number 0 of the right kind.
@@ -64,7 +62,7 @@ def combine(weights: Any, k: Any, h: float, zero: Any, out: Any, rows: int) -> N
 
 
 @inlined
-def largest(block: Any, rows: int) -> Any:
+def largest(block, rows: int) -> Any:
     """Return the largest absolute value in any row and lane; NaN if there is one."""
     worst = abs(block[0])
     for r in range(1, rows):
@@ -74,9 +72,8 @@ def largest(block: Any, rows: int) -> Any:
 
 @inlined
 def runge_kutta_stages(
-    field: Any, params: Any, table: Any, y: Any, carry: Any, own: Work, t: float, h: float,
-    known: int, rows: int,
-) -> None:  # fmt: skip
+    field, params, table, y, carry, own: Work, t: float, h: float, known: int, rows: int
+) -> None:
     """Write ``k_i = f(t + c_i h, y + h Σ_j a_ij k_j)``; the first `known` of them are there already.
 
     y and its carry are an unevaluated sum; `table` and `own` are the parts of coefficients and scratch.
@@ -100,14 +97,7 @@ def runge_kutta_stepper(rows: int) -> Recorded:
 
     @helper
     def runge_kutta_step(
-        functions: Any,
-        params: Any,
-        coefficients: Any,
-        substep: int,
-        memory: Any,
-        work: Any,
-        t: float,
-        h: float,
+        functions, params, coefficients, substep: int, memory, work, t: float, h: float
     ) -> tuple[int, int, float]:
         """Add ``h Σ b_i k_i`` to the compensated state."""
         table = table_of(coefficients)
@@ -132,15 +122,15 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
 
     @helper
     def runge_kutta_attempt(
-        functions: Any,
-        params: Any,
-        numbers: Any,
+        functions,
+        params,
+        numbers,
         reuse: int,
-        y: Any,
-        carry: Any,
-        first: Any,
+        y,
+        carry,
+        first,
         known: int,
-        work: Any,
+        work,
         t: float,
         h: float,
     ) -> tuple[int, float]:

@@ -1,32 +1,13 @@
 """Observables along saved states, and functions at many points."""
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR
 from ..compiling.recorded import helper
-from ..compiling.signatures import ADDRESSES, BLOCK, FIELD, WHOLE, takes
+from ..compiling.signatures import ADDRESSES, FIELD, of_header
 from ..numbers.addresses import function_at
 from ..numbers.blocks import part
-
-__all__ = ["sampler"]
-
-_SAMPLE = takes(
-    values=ADDRESSES,
-    functions=WHOLE,
-    params=BLOCK,
-    times=BLOCK,
-    states=BLOCK,
-    stride=WHOLE,
-    rows=WHOLE,
-    count=WHOLE,
-    work=BLOCK,
-    out=BLOCK,
-    width=WHOLE,
-)
 
 
 @functools.cache
@@ -37,8 +18,8 @@ def sampler() -> Bound:
     kind = kind_of(FIELD.of(SCALAR))
 
     def sample(
-        values: Any, functions: int, params: Any, times: Any, states: Any, stride: int, rows: int,
-        count: int, work: Any, out: Any, width: int,
+        values, functions: int, params, times, states, stride: int, rows: int, count: int, work,
+        out, width: int,
     ) -> None:  # fmt: skip
         """Write `width` numbers of each function for `count` states, `stride` rows apart."""
         for k in range(functions):
@@ -47,4 +28,5 @@ def sampler() -> Bound:
                 y, row = part(states, i * stride, rows), part(out, (k * count + i) * width, width)
                 f(params, times[i], y, row, work)
 
-    return Bound(helper(sample), _SAMPLE)
+    recorded = helper(sample)
+    return Bound(recorded, of_header(recorded, values=ADDRESSES))

@@ -5,10 +5,6 @@ bound it: all of one sign, by more than the errors, no root; one change of sign,
 the ends of a step are known, the values between are interpolated through those at the last eight nodes.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.blocks import part
 
@@ -39,7 +35,7 @@ WEIGHTS = 7 * NODES  # at ¼, ½, ¾; at ½ without one, two, three nodes; the p
 
 
 @inlined
-def bernstein(f: Any, out: Any) -> None:
+def bernstein(f, out) -> None:
     """Write Bernstein's coefficients of the quartic through five values, equally spaced."""
     out[0] = f[0]
     out[1] = (-13.0 * f[0] + 48.0 * f[1] - 36.0 * f[2] + 16.0 * f[3] - 3.0 * f[4]) / 12.0
@@ -49,7 +45,7 @@ def bernstein(f: Any, out: Any) -> None:
 
 
 @helper
-def verdict(f: Any, b: Any, tail: float, rounding: float) -> tuple[int, float]:
+def verdict(f, b, tail: float, rounding: float) -> tuple[int, float]:
     """Return how many roots there are, `NONE`, `ONE` or `UNCLEAR`, and the sign before them.
 
     The ends are values, known to `rounding`; what lies between is known to `tail`. An end that is 0 is
@@ -81,7 +77,7 @@ def verdict(f: Any, b: Any, tail: float, rounding: float) -> tuple[int, float]:
 
 
 @helper
-def quartic(f: Any, x: float) -> float:
+def quartic(f, x: float) -> float:
     """Return the quartic through values at 0, ¼, ½, ¾, 1."""
     s = 4.0 * x
     d1, d2 = f[1] - f[0], f[2] - 2.0 * f[1] + f[0]
@@ -92,7 +88,7 @@ def quartic(f: Any, x: float) -> float:
 
 
 @helper
-def lagrange(places: Any, first: int, count: int, t: float, out: Any) -> None:
+def lagrange(places, first: int, count: int, t: float, out) -> None:
     """Write the weights at t of the interpolation through `count` places from `first` on."""
     for j in range(count):
         weight = 1.0
@@ -104,7 +100,7 @@ def lagrange(places: Any, first: int, count: int, t: float, out: Any) -> None:
 
 
 @helper
-def write_weights(times: Any, last: int, even: bool, weights: Any) -> None:
+def write_weights(times, last: int, even: bool, weights) -> None:
     """Write all weights between the node before `last` and it, of the eight nodes that end there.
 
     Those of equally spaced nodes are for 0 … 7: times differ by their rounding, and weights that are
@@ -125,7 +121,7 @@ def write_weights(times: Any, last: int, even: bool, weights: Any) -> None:
 
 
 @helper
-def evenly(times: Any, last: int) -> bool:
+def evenly(times, last: int) -> bool:
     """Tell whether the eight nodes that end there are equally spaced."""
     span = times[last] - times[last - 1]
     for k in range(last + 1 - NODES, last - 1):
@@ -135,7 +131,7 @@ def evenly(times: Any, last: int) -> bool:
 
 
 @inlined
-def blended(values: Any, first: int, stride: int, weights: Any, k: int) -> float:
+def blended(values, first: int, stride: int, weights, k: int) -> float:
     """Return the sum of eight values, from `first` on, with the weights of set k."""
     total = 0.0
     for j in range(NODES):
@@ -144,7 +140,7 @@ def blended(values: Any, first: int, stride: int, weights: Any, k: int) -> float
 
 
 @helper
-def look(values: Any, weights: Any, f: Any) -> float:
+def look(values, weights, f) -> float:
     """Write the values within the last of seven steps; return their error, estimated."""
     size = 0.0
     for k in range(NODES):
@@ -157,10 +153,7 @@ def look(values: Any, weights: Any, f: Any) -> float:
 
 
 @helper
-def look_closer(
-    event: Any, params: Any, free: Any, states: Any, times: Any, rows: int, last: int,
-    weights: Any, y: Any, f: Any,
-) -> float:  # fmt: skip
+def look_closer(event, params, free, states, times, rows: int, last: int, weights, y, f) -> float:
     """Write the values at interpolated states: a function may do more than its values at nodes show.
 
     States that are not known to a part of `RESOLVED` say nothing: values of a bounded function may
@@ -200,7 +193,7 @@ def left_out(eight: float, seven: float, six: float, five: float) -> float:
 
 
 @inlined
-def of_quartic(f: Any) -> float:
+def of_quartic(f) -> float:
     """Return the error of the quartic, from its fourth and third differences for the same reason."""
     fourth = f[4] - 4.0 * f[3] + 6.0 * f[2] - 4.0 * f[1] + f[0]
     third = f[4] - 2.0 * f[3] + 2.0 * f[1] - f[0]

@@ -1,20 +1,16 @@
 """Small systems of equations over blocks: a few constraints, matrices stored row after row."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, plain, top
-
-__all__ = ["across", "along", "contract", "largest", "lost_rank", "solve_small"]
 
 LEFT, NOTHING = 0.02, 1e-12  # of a constraint, beside those before it
 JUMP, RESTING, PULLED = 0.35, 0.52, 4.0
 
 
 @helper
-def solve_small(m: int, matrix: Any, right: Any) -> None:
+def solve_small(m: int, matrix, right) -> None:
     """Solve an m×m system in place, by elimination without exchanges.
 
     The matrices are G H_pp Gᵀ: definite wherever the kinetic energy is definite on the normals.
@@ -34,7 +30,7 @@ def solve_small(m: int, matrix: Any, right: Any) -> None:
 
 
 @helper
-def lost_rank(m: int, matrix: Any, n: int, p: Any, kick: Any, force: Any, h: Any) -> bool:
+def lost_rank(m: int, matrix, n: int, p, kick, force, h) -> bool:
     """Tell whether a step has passed a state where constraints depend on each other, and not rightly.
 
     `matrix` is what `solve_small` has made of G H_pp Gᵀ: a pivot is what is left of a constraint's
@@ -64,7 +60,7 @@ def lost_rank(m: int, matrix: Any, n: int, p: Any, kick: Any, force: Any, h: Any
 
 
 @helper
-def contract(n: int, rows: int, left: Any, right: Any, out: Any) -> None:
+def contract(n: int, rows: int, left, right, out) -> None:
     """Write ``left rightᵀ`` of two matrices of `rows` rows and n columns."""
     for a in range(rows):
         for b in range(rows):
@@ -75,7 +71,7 @@ def contract(n: int, rows: int, left: Any, right: Any, out: Any) -> None:
 
 
 @helper
-def largest(count: int, numbers: Any) -> Any:
+def largest(count: int, numbers) -> Any:
     """Return the largest size of so many numbers; where one is not finite, it is not either."""
     found = 0.0 * numbers[0]
     for i in range(count):
@@ -84,7 +80,7 @@ def largest(count: int, numbers: Any) -> Any:
 
 
 @helper
-def along(n: int, m: int, i: int, rows: Any, weights: Any) -> Any:
+def along(n: int, m: int, i: int, rows, weights) -> Any:
     """Return component i of ``rowsᵀ weights``."""
     total = rows[i] * weights[0]
     for a in range(1, m):
@@ -93,7 +89,7 @@ def along(n: int, m: int, i: int, rows: Any, weights: Any) -> Any:
 
 
 @helper
-def across(n: int, a: int, rows: Any, vector: Any) -> Any:
+def across(n: int, a: int, rows, vector) -> Any:
     """Return component a of ``rows vector``."""
     total = rows[a * n] * vector[0]
     for i in range(1, n):

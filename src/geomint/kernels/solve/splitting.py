@@ -1,10 +1,7 @@
 """Strang's composition of the flows of parts: with two parts, the method of Störmer and Verlet."""
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
@@ -25,20 +22,19 @@ SPLITTING = Coefficients(1, 1, 1, 1, 1)  # the layout of coefficients
 @inlined
 def splitting_memory(rows: int, clock: int) -> Memory:
     """Return the layout of memory: state and clock, the carries of both."""
-    return Memory(y=rows, clock=clock, carry=rows, clock_carry=clock)
+    return Memory(rows, clock, rows, clock)
 
 
 @inlined
 def splitting_work(rows: int, scratch: int) -> Work:
     """Return the layout of scratch: one increment, half a flow that is owed, the flows' own."""
-    return Work(increment=rows, owed=1, scratch=scratch)
+    return Work(rows, 1, scratch)
 
 
 @helper
 def splitting_step(
-    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any, t: float,
-    h: float,
-) -> tuple[int, int, float]:  # fmt: skip
+    functions, params, coefficients, substep: int, memory, work, t: float, h: float
+) -> tuple[int, int, float]:
     """Compose ``φ_0(h/2) … φ_(m−2)(h/2) φ_(m−1)(h) φ_(m−2)(h/2) … φ_0(h/2)``.
 
     All flows get the middle of the step as their time. Of a composition the half flows of part 0 at

@@ -12,8 +12,6 @@ Unknown are the increments L of `geomint.kernels.solve.gauss`, and what is to va
 Matrices are plain numbers; L, and what is solved for, may have derivatives.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
@@ -114,7 +112,7 @@ def newton_work(rows: int, groups: int, stages: int, params: int, scratch: int) 
 
 
 @inlined
-def stages_of(coefficients: Any, memory: Any, work: Any, groups: int, rows: int) -> Any:
+def stages_of(coefficients, memory, work, groups: int, rows: int) -> Any:
     """Return all that Newton's iteration reads and writes, by name."""
     given = sections(coefficients, gauss_coefficients(rows, groups, REST))
     layout = newton_coefficients(groups)
@@ -155,7 +153,7 @@ def stages_of(coefficients: Any, memory: Any, work: Any, groups: int, rows: int)
 
 
 @inlined
-def write_lack(field: Any, params: Any, s: Any, t: float, h: float, groups: int, rows: int) -> None:
+def write_lack(field, params, s, t: float, h: float, groups: int, rows: int) -> None:
     """Write R into `change`, and the stages into Y."""
     stage_sums(eight_columns(s.mu, 0, 0, groups), s.mu, s.L, s.y, s.carry, s.Y, groups, rows)
     for g in range(groups):
@@ -169,7 +167,7 @@ def write_lack(field: Any, params: Any, s: Any, t: float, h: float, groups: int,
 
 
 @inlined
-def write_jacobians(jacobians: Any, s: Any, t: float, h: float, groups: int, rows: int) -> None:
+def write_jacobians(jacobians, s, t: float, h: float, groups: int, rows: int) -> None:
     """Write the Jacobian at each stage Y."""
     for i in range(groups * rows):
         s.values[i] = plain(s.Y[i])
@@ -180,7 +178,7 @@ def write_jacobians(jacobians: Any, s: Any, t: float, h: float, groups: int, row
 
 
 @helper
-def transform(columns: Any, source: Any, target: Any, more: bool, groups: int, rows: int) -> None:
+def transform(columns, source, target, more: bool, groups: int, rows: int) -> None:
     """Write, or add, ``Σ_j columns_ij source_j`` for all stages."""
     for own in range(groups):
         for other in range(groups):
@@ -192,7 +190,7 @@ def transform(columns: Any, source: Any, target: Any, more: bool, groups: int, r
 
 
 @helper
-def factor_mean(s: Any, h: float, groups: int, rows: int) -> None:
+def factor_mean(s, h: float, groups: int, rows: int) -> None:
     """Factor ``1 − h Λ ⊗ J``, J the mean of the Jacobians at the stages."""
     size = rows * rows
     real = as_lanes(s.numbers.eigen_real, 0, groups)
@@ -211,7 +209,7 @@ def factor_mean(s: Any, h: float, groups: int, rows: int) -> None:
 
 
 @helper
-def solve_mean(s: Any, groups: int, rows: int) -> None:
+def solve_mean(s, groups: int, rows: int) -> None:
     """Replace R in `change` by the change of L that the factors of `factor_mean` give."""
     n, size, columns = s.numbers, rows * rows, 8 * groups * groups
     transform(as_lanes(n.into_real, 0, columns), s.change, s.real, False, groups, rows)
@@ -226,7 +224,7 @@ def solve_mean(s: Any, groups: int, rows: int) -> None:
 
 
 @helper
-def factor_stages(s: Any, h: float, groups: int, rows: int) -> None:
+def factor_stages(s, h: float, groups: int, rows: int) -> None:
     """Factor the derivative of R by L, with the Jacobian of each stage."""
     n = s.count * rows
     width, lanes = padded(n), 8 * groups
@@ -248,7 +246,7 @@ def factor_stages(s: Any, h: float, groups: int, rows: int) -> None:
 
 
 @helper
-def solve_stages(s: Any, rows: int) -> None:
+def solve_stages(s, rows: int) -> None:
     """Write into `vector` what the factors of `factor_stages` make of R."""
     for i in range(s.count):
         at = s.first + i
@@ -258,7 +256,7 @@ def solve_stages(s: Any, rows: int) -> None:
 
 
 @helper
-def solve_all(s: Any, groups: int, rows: int) -> None:
+def solve_all(s, groups: int, rows: int) -> None:
     """Replace R in `change` by the change of L that the factors of `factor_stages` give."""
     solve_stages(s, rows)
     for i in range(groups * rows):

@@ -1,16 +1,11 @@
 """The derivatives of a field by the state at eight stages at once, exact: by tangent numbers."""
 
-from __future__ import annotations
-
 import functools
-from typing import Any
 
 from ..compiling.recorded import Recorded, inlined
 from ..numbers.arithmetic import like
 from ..numbers.blocks import part
 from ..numbers.tangent import as_tangents
-
-__all__ = ["DIRECTIONS", "jacobian_evaluations", "jacobian_scratch", "jacobians_of"]
 
 DIRECTIONS = 2  # at once: more of them leave registers, as stages are in lanes beside them
 
@@ -33,7 +28,7 @@ def jacobians_of(field: Recorded) -> Recorded:
     `out` gets ∂f_i/∂y_j in row ``i n + j``, where `y` has n rows.
     """
 
-    def jacobians(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def jacobians(params, t, y, out, work) -> None:
         n, each = len(y), 1 + DIRECTIONS
         numbers = as_tangents(work, DIRECTIONS)
         own, found = part(numbers, 0, n), part(numbers, n, n)

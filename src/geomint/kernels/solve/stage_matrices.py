@@ -4,16 +4,10 @@ Matrices are of plain numbers, right-hand sides of any: what factors leave of a 
 derivatives where the residual has them.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import fma, top
 from ..numbers.blocks import as_lanes
 from ..numbers.lanes import LANES
-
-__all__ = ["factor_lanes", "factor_whole", "padded", "solve_lanes", "solve_whole"]
 
 
 @inlined
@@ -23,7 +17,7 @@ def padded(size: int) -> int:
 
 
 @helper
-def factor_lanes(n: int, real: Any, imaginary: Any, order: Any) -> None:
+def factor_lanes(n: int, real, imaginary, order) -> None:
     """Factor eight complex n×n matrices in place, one in each lane, by elimination.
 
     Rows are exchanged in all lanes alike: the pivot is the row whose smallest lane is the largest. The
@@ -57,7 +51,7 @@ def factor_lanes(n: int, real: Any, imaginary: Any, order: Any) -> None:
 
 
 @helper
-def solve_lanes(n: int, real: Any, imaginary: Any, order: Any, x: Any, y: Any) -> None:
+def solve_lanes(n: int, real, imaginary, order, x, y) -> None:
     """Solve in place for x + iy, eight right-hand sides, by the factors of `factor_lanes`."""
     for k in range(n):
         at = int(order[k])
@@ -84,7 +78,7 @@ def solve_lanes(n: int, real: Any, imaginary: Any, order: Any, x: Any, y: Any) -
 
 
 @helper
-def factor_whole(n: int, matrix: Any, order: Any) -> None:
+def factor_whole(n: int, matrix, order) -> None:
     """Factor an n×n matrix in place by elimination with exchanges of rows.
 
     Rows begin every ``padded(n)`` numbers, and the inverse of each pivot is left in its place. What is
@@ -118,7 +112,7 @@ def factor_whole(n: int, matrix: Any, order: Any) -> None:
 
 
 @helper
-def solve_whole(n: int, matrix: Any, order: Any, x: Any) -> None:
+def solve_whole(n: int, matrix, order, x) -> None:
     """Solve in place for x by the factors of `factor_whole`."""
     width = padded(n)
     for k in range(n):

@@ -5,10 +5,6 @@ exponential are made here of ``+ − × ÷``, and the sequence of steps does not
 Everything is float64: a run has one step at a time.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, sqrt
 
@@ -73,16 +69,7 @@ def retry_factor(order: float, error: float) -> float:
 
 
 @helper
-def error_size(
-    rtol: float,
-    atol: float,
-    pieces: Any,
-    y: Any,
-    increment: Any,
-    error: Any,
-    low: Any,
-    estimates: int,
-) -> float:
+def error_size(rtol: float, atol: float, pieces, y, increment, error, low, estimates: int) -> float:
     """Return the error in units of what is allowed: 1 at the tolerance; NaN if a number is NaN.
 
     What is allowed in a piece of the state is ``atol + rtol max |y_i|``, over the rows i of the piece

@@ -3,13 +3,9 @@
 The stepper's loop is handed over by its address, as in `geomint.kernels.solve.partial`.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, MEMORY, REAL, WHOLE, Kind, of_stepper, takes
+from ..compiling.signatures import of_header, of_stepper
 from ..numbers.blocks import part
 from .status import OK
 
@@ -17,10 +13,7 @@ __all__ = ["PARTING", "TRIAL"]
 
 
 @helper
-def parting(
-    coarse: Any, fine: Any, rows: int, count: int, factor: float, y0: Any, ends: Any,
-    sizes: Any, errors: Any,
-) -> None:  # fmt: skip
+def parting(coarse, fine, rows: int, count: int, factor: float, y0, ends, sizes, errors) -> None:
     """Write for each of `count` states the largest deviation, relative to the size of its piece.
 
     States have `rows` numbers, the first of which are those of y0. Deviations are differences over
@@ -54,9 +47,9 @@ def parting(
 
 @helper
 def trial(
-    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
-    work: Any, rows: int, t: float, h: float, shorter: float, coarse: int, fine: int, out: Any,
-    count: int, factor: float, y0: Any, ends: Any, sizes: Any, errors: Any,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, t: float,
+    h: float, shorter: float, coarse: int, fine: int, out, count: int, factor: float, y0, ends,
+    sizes, errors,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write `count` states of a run by steps `h`, and of one by `shorter` ones, and how they part.
 
@@ -89,8 +82,5 @@ def trial(
     return OK, 2, first, 0.0
 
 
-_BLOCKS: dict[str, Kind] = dict.fromkeys(("y0", "ends", "sizes", "errors"), BLOCK)
-_PARTED: dict[str, Kind] = {"count": WHOLE, "factor": REAL, **_BLOCKS}
-PARTING = Bound(parting, takes(coarse=BLOCK, fine=BLOCK, rows=WHOLE, **_PARTED))
-_RUNS: dict[str, Kind] = {"t": REAL, "h": REAL, "shorter": REAL, "coarse": WHOLE, "fine": WHOLE}
-TRIAL = Bound(trial, of_stepper(**_RUNS, out=MEMORY, **_PARTED))
+PARTING = Bound(parting, of_header(parting))
+TRIAL = Bound(trial, of_stepper(trial))

@@ -4,10 +4,6 @@ A step is taken in tangent numbers, some directions at once; what a method remem
 stages that the next iteration begins with, is turned with the directions.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import fma, total
 from ..numbers.blocks import as_lanes, part
@@ -23,7 +19,7 @@ EIGHT = 8
 
 
 @helper
-def begin_at(s: Sizes, state: Any, plain: Any) -> None:
+def begin_at(s: Sizes, state, plain) -> None:
     """Let the next step begin at a state, without what was carried of its sums."""
     size = 1 + s.at_once
     for first in range(0, s.d, s.at_once):
@@ -34,7 +30,7 @@ def begin_at(s: Sizes, state: Any, plain: Any) -> None:
 
 
 @helper
-def gather(s: Sizes, plain: Any) -> None:
+def gather(s: Sizes, plain) -> None:
     """Let all groups of directions be where the first is.
 
     Iterations that see other slopes end in other roundings, which chaos would make as large as the
@@ -49,8 +45,8 @@ def gather(s: Sizes, plain: Any) -> None:
 
 @helper
 def carry(
-    method: Any, t0: float, h: float, before: int, steps: int, s: Sizes, kept: Kept, numbers: Any,
-    plain: Any, scratch: Any, D: Any,
+    method, t0: float, h: float, before: int, steps: int, s: Sizes, kept: Kept, numbers, plain,
+    scratch, D,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write what some steps add to each direction; return what the stepper returns.
 
@@ -88,7 +84,7 @@ def carry(
 
 
 @inlined
-def write_scaled(basis: Any, at: int, scale: float, count: int, plain: Any, to: int) -> None:
+def write_scaled(basis, at: int, scale: float, count: int, plain, to: int) -> None:
     """Write directions of a row in units of the state; eight at once if there are as many."""
     if count == EIGHT:
         as_lanes(plain, to, 1)[0] = scale * as_lanes(basis, at, 1)[0]
@@ -98,9 +94,7 @@ def write_scaled(basis: Any, at: int, scale: float, count: int, plain: Any, to: 
 
 
 @inlined
-def write_added(
-    basis: Any, at: int, scale: float, count: int, plain: Any, new: int, rest: int, D: Any
-) -> None:  # fmt: skip
+def write_added(basis, at: int, scale: float, count: int, plain, new: int, rest: int, D) -> None:
     """Write what a step has added to directions of a row: state and carry, less what was there."""
     by = 1.0 / scale
     if count == EIGHT:
@@ -112,7 +106,7 @@ def write_added(
 
 
 @helper
-def add_tables(x: Any, factor: float, y: Any, out: Any) -> None:
+def add_tables(x, factor: float, y, out) -> None:
     """Write ``x + factor y``."""
     rows, others = as_lanes(x, 0, len(x) // 8), as_lanes(y, 0, len(x) // 8)
     sums = as_lanes(out, 0, len(x) // 8)
@@ -121,7 +115,7 @@ def add_tables(x: Any, factor: float, y: Any, out: Any) -> None:
 
 
 @helper
-def squares(x: Any) -> float:
+def squares(x) -> float:
     """Return the sum of the squares of a table."""
     rows = as_lanes(x, 0, len(x) // 8)
     even, odd = 0.0 * rows[0], 0.0 * rows[0]
@@ -183,9 +177,8 @@ def log_stretch(s: Sizes, kept: Kept, work: Work) -> tuple[float, float]:
 
 @helper
 def settle(
-    layout: Any, manifold: Any, params: Any, t: float, ahead: Any, s: Sizes, kept: Kept, work: Work,
-    numbers: Any, plain: Any,
-) -> bool:  # fmt: skip
+    layout, manifold, params, t: float, ahead, s: Sizes, kept: Kept, work: Work, numbers, plain
+) -> bool:
     """Take units that fit the next state, and orthonormal directions in them; tell if they are others.
 
     Where nothing has begun yet, directions are made orthonormal as well.
@@ -204,7 +197,7 @@ def settle(
 
 
 @helper
-def turn_stages(s: Sizes, upper: Any, plain: Any) -> None:
+def turn_stages(s: Sizes, upper, plain) -> None:
     """Turn what is remembered of stages as the directions are: the next iteration begins with it.
 
     In lanes there is a value, and then as many slopes; each is a sum of those up to it.

@@ -6,14 +6,9 @@ directions grows by more than one of k − 1 (G. Benettin, L. Galgani, A. Giorgi
 Meccanica 15 (1980) 9).
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, REAL, WHOLE, counted
 from ..numbers.arithmetic import sqrt
 from ..numbers.blocks import sections
 from ..solve.compensated import add_compensated
@@ -22,17 +17,16 @@ from .directions import carry, gather, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
 from .near_identity import log_one_plus
 from .normals import write_normals
-from .signature import sweep_signature
+from .signature import sweep
 
 __all__ = ["growth_sweep"]
 
 
 @helper
 def growth(
-    kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
-    layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
-    conditions_plain: Any, t0: float, h: float, first: int, times: int, steps: int, sums: Any,
-    carries: Any, second: Any,
+    kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
+    plain, scratch, conditions, conditions_plain, t0: float, h: float, first: int, times: int,
+    steps: int, sums, carries, second,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Add to `sums` the logarithms by which directions grow, with `carries` of the sums.
 
@@ -84,7 +78,4 @@ def growth_sweep(
     kernel: Bound, functions: tuple[Bound, ...], manifold: Bound, numbers: NumberType
 ) -> Bound:
     """Return `growth` for a stepper's loop and the functions that it takes, all in tangent numbers."""
-    own = {"t0": REAL, "h": REAL, "first": WHOLE, "times": WHOLE, "steps": WHOLE}
-    sums = dict.fromkeys(("sums", "carries", "second"), BLOCK)
-    taken = sweep_signature(counted, kernel, functions, manifold, numbers, **own, **sums)
-    return Bound(growth, taken)
+    return sweep(growth, kernel, functions, manifold, numbers)

@@ -4,8 +4,6 @@ Directions are columns: of each row of a table there is a number for every direc
 values, and 0 where there are fewer directions.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
@@ -46,7 +44,7 @@ def lanes_for(count: int) -> int:
 
 
 @inlined
-def sizes_of(given: Any) -> Sizes:
+def sizes_of(given) -> Sizes:
     """Return the sizes that a sweep is given."""
     n, rows, m, d, at_once, memory_rows, stages, scratch, _ = sections(given, GIVEN)
     return Sizes(
@@ -56,7 +54,7 @@ def sizes_of(given: Any) -> Sizes:
 
 
 @inlined
-def pieces_of(given: Any) -> Any:
+def pieces_of(given) -> Any:
     """Return the numbers of the pieces that rows of the state belong to."""
     return section(given, GIVEN, "pieces")
 
@@ -99,13 +97,13 @@ def work_layout(s: Sizes) -> Work:
     )
 
 
-def given_block(pieces: Any, sizes: Sizes) -> Block:
+def given_block(pieces, sizes: Sizes) -> Block:
     """Return the block of what a sweep is given: sizes, and the problem's pieces."""
     numbers = [float(i) for i, (_, size) in enumerate(pieces) for _ in range(size)]
     return packed(GIVEN._replace(pieces=len(numbers)), pieces=numbers, **sizes._asdict())
 
 
-def kept_block(sizes: Sizes, **values: Any) -> Block:
+def kept_block(sizes: Sizes, **values) -> Block:
     """Return what is kept, as it is at the start: 0 but for the values that are given by name."""
     layout = kept_layout(sizes)
     block = scalar_block(sum(layout))

@@ -17,14 +17,9 @@ All is done in units of the pieces of the state. For a step that leaves the mani
 "the tangent part" is: see `geomint.watch.measure`.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK
 from ..numbers.arithmetic import NAN
 from ..numbers.blocks import part, sections
 from ..solve.compensated import add_compensated
@@ -32,7 +27,7 @@ from ..solve.status import OK
 from .directions import begin_at, carry, log_stretch, settle, turn_stages
 from .layout import kept_layout, sizes_of, work_layout
 from .normals import write_normals
-from .signature import sweep_signature
+from .signature import sweep
 
 __all__ = ["measure_sweep"]
 
@@ -44,10 +39,7 @@ SYSTEMATIC, OFF = EPSILON / 2.0, EPSILON / 128.0
 
 
 @helper
-def log_density_at(
-    density: Any, manifold: Any, params: Any, t: float, y: Any, s: Any, kept: Any, work: Any,
-    numbers: Any, plain: Any,
-) -> float:  # fmt: skip
+def log_density_at(density, manifold, params, t: float, y, s, kept, work, numbers, plain) -> float:
     """Write the normals at y; return ``log μ − ½ log det(C Cᵀ)``."""
     volume = write_normals(manifold, params, t, y, s, kept, work, numbers, plain)
     return density(params, t, part(y, 0, s.n), work.scratch) - volume
@@ -55,9 +47,8 @@ def log_density_at(
 
 @helper
 def measure(
-    kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
-    layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
-    conditions_plain: Any, density: Any, starts: Any, lengths: Any, states: Any, out: Any,
+    kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
+    plain, scratch, conditions, conditions_plain, density, starts, lengths, states, out,
 ) -> None:  # fmt: skip
     """Write the sum of the defects after each of the steps that lead to `states`.
 
@@ -115,7 +106,4 @@ def measure_sweep(
     numbers: NumberType,
 ) -> Bound:
     """Return `measure` for a stepper's loop and the functions that it takes, all in tangent numbers."""
-    own = {"density": density.signature}
-    steps = dict.fromkeys(("starts", "lengths", "states", "out"), BLOCK)
-    taken = sweep_signature(None, kernel, functions, manifold, numbers, **own, **steps)
-    return Bound(measure, taken)
+    return sweep(measure, kernel, functions, manifold, numbers, density=density.signature)

@@ -1,9 +1,5 @@
 """Determinants and triangular factors of ``1 + S``, to relative accuracy where S is small."""
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, fma, log, sqrt, total
 from ..numbers.blocks import as_lanes
@@ -22,7 +18,7 @@ def log_one_plus(x: float) -> float:
 
 
 @helper
-def small(d: int, S: Any) -> bool:
+def small(d: int, S) -> bool:
     """Tell whether 1 + S is so near to the identity that the ones are kept apart."""
     groups = lanes_for(d) // 8
     rows = as_lanes(S, 0, d * groups)
@@ -33,7 +29,7 @@ def small(d: int, S: Any) -> bool:
 
 
 @helper
-def log_volume(d: int, S: Any, lower: Any, upper: Any) -> float:
+def log_volume(d: int, S, lower, upper) -> float:
     """Return ``½ log det(1 + S)``, and write the inverse of the upper factor.
 
     S is symmetric, and overwritten. ``RᵀR = 1 + S``: the columns of ``X R⁻¹`` are orthonormal if

@@ -1,9 +1,5 @@
 """Units of the pieces of a state, and normals of {c(y) = 0}."""
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.number_types import tangent
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import like
@@ -22,7 +18,7 @@ PASSES = 4  # of which one or two are enough for gradients that are not dependen
 
 
 @helper
-def enlarge_scales(layout: Any, y: Any, kept: Kept, width: int) -> bool:
+def enlarge_scales(layout, y, kept: Kept, width: int) -> bool:
     """Double the unit of each piece that has outgrown it, once, and halve its rows of directions.
 
     Returns whether one did.
@@ -48,10 +44,7 @@ def enlarge_scales(layout: Any, y: Any, kept: Kept, width: int) -> bool:
 
 
 @helper
-def write_gradients(
-    manifold: Any, params: Any, t: float, y: Any, s: Sizes, kept: Kept, C: Any, numbers: Any,
-    plain: Any,
-) -> None:  # fmt: skip
+def write_gradients(manifold, params, t: float, y, s: Sizes, kept: Kept, C, numbers, plain) -> None:
     """Write the gradients of the conditions, a column each, in units of pieces and conditions."""
     state, values = part(numbers, 0, s.n), part(numbers, s.n, s.m)
     scratch = part(numbers, s.n + s.m, s.scratch)
@@ -71,9 +64,8 @@ def write_gradients(
 
 @helper
 def write_normals(
-    manifold: Any, params: Any, t: float, y: Any, s: Sizes, kept: Kept, work: Work, numbers: Any,
-    plain: Any,
-) -> float:  # fmt: skip
+    manifold, params, t: float, y, s: Sizes, kept: Kept, work: Work, numbers, plain
+) -> float:
     """Write unit normals at y, a column each; return ``½ log det(C Cᵀ)`` with C = Dc.
 
     C is in units of the pieces and of the conditions; these are the gradients where a run begins. By

@@ -1,18 +1,12 @@
 """Products of tables with few columns, in whole lane values: eight columns at a time in registers."""
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import fma
 from ..numbers.blocks import as_lanes, part
 
-__all__ = ["add_product", "write_overlaps"]
-
 
 @helper
-def write_overlaps(n: int, A: Any, B: Any, out: Any) -> None:
+def write_overlaps(n: int, A, B, out) -> None:
     """Write ``AᵀB`` of two tables of n rows: a row for each column of A."""
     across, groups = len(A) // (8 * n), len(B) // (8 * n)
     rows, results = as_lanes(B, 0, n * groups), as_lanes(out, 0, 8 * across * groups)
@@ -43,7 +37,7 @@ def write_overlaps(n: int, A: Any, B: Any, out: Any) -> None:
 
 
 @helper
-def add_product(n: int, A: Any, B: Any, out: Any) -> None:
+def add_product(n: int, A, B, out) -> None:
     """Add ``A B`` to a table of n rows; B has a row for each column of A."""
     across, groups = len(A) // (8 * n), len(out) // (8 * n)
     rows, results = as_lanes(B, 0, 8 * across * groups), as_lanes(out, 0, n * groups)

@@ -1,28 +1,21 @@
 """What the sweeps of directions along a run have in common: the kinds of their arguments."""
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
-from ..compiling.signatures import BLOCK, MEMORY, Functions, Kind, OfType, Signature, takes
+from ..compiling.recorded import Recorded
+from ..compiling.signatures import BLOCK, MEMORY, Functions, OfType, Signature, of_header
 from .normals import CONDITIONS
 
-__all__ = ["sweep_signature"]
 
-_BLOCKS = ("params", "coefficients", "fractions", "layout", "memory")
-
-
-def sweep_signature(
-    result: Kind | None,
+def sweep(
+    loop: Recorded,
     kernel: Bound,
     functions: tuple[Bound, ...],
     manifold: Bound,
     numbers: NumberType,
-    **own: Any,
-) -> Signature:
-    """Return the signature of a sweep: what carries directions along, then its own arguments.
+    **own: Signature,
+) -> Bound:
+    """Return the loop of a sweep with its signature.
 
     Parameters
     ----------
@@ -31,19 +24,16 @@ def sweep_signature(
         the manifold: all in tangent numbers.
     numbers : NumberType
         Those in which steps are taken.
+    own : Signature
+        Of functions that this sweep alone takes.
     """
-    memory = OfType(MEMORY, numbers)
-    return takes(
-        result,
+    taken = of_header(
+        loop,
         kernel=kernel.signature,
         functions=Functions(tuple(f.signature for f in functions)),
         manifold=manifold.signature,
-        **dict.fromkeys(_BLOCKS, BLOCK),
-        work=BLOCK,
-        numbers=memory,
-        plain=BLOCK,
-        scratch=memory,
         conditions=OfType(BLOCK, CONDITIONS),
-        conditions_plain=BLOCK,
+        **dict.fromkeys(("numbers", "scratch"), OfType(MEMORY, numbers)),
         **own,
     )
+    return Bound(loop, taken)

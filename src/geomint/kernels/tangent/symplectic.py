@@ -11,29 +11,22 @@ relative accuracy of D, which is of the size of the step. The defect is ‖E‖ 
 (Frobenius), all in units of the pieces, so that it has no unit.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, WHOLE
 from ..numbers.arithmetic import NAN, sqrt
 from ..numbers.blocks import part, sections
 from ..solve.status import OK
 from .directions import begin_at, carry, log_stretch, settle, turn_stages
 from .layout import Kept, Sizes, Work, kept_layout, lanes_for, sizes_of, work_layout
 from .normals import write_normals
-from .signature import sweep_signature
+from .signature import sweep
 
 __all__ = ["symplectic_sweep"]
 
 
 @helper
-def write_column(
-    s: Sizes, kept: Kept, A: Any, factor: float, B: Any, column: int, out: Any
-) -> None:
+def write_column(s: Sizes, kept: Kept, A, factor: float, B, column: int, out) -> None:
     """Write a column of ``A + factor B``, in the numbers of the state."""
     width = lanes_for(s.d)
     for r in range(s.n):
@@ -43,9 +36,8 @@ def write_column(
 
 @helper
 def form_defect(
-    form: Any, constant: int, params: Any, t: float, h: float, y: Any, state: Any, s: Sizes,
-    kept: Kept, work: Work,
-) -> float:  # fmt: skip
+    form, constant: int, params, t: float, h: float, y, state, s: Sizes, kept: Kept, work: Work
+) -> float:
     """Return ‖E‖ over ‖ω‖ of a step from y to `state`; NaN if the form is 0."""
     before, after = part(y, 0, s.n), part(state, 0, s.n)
     X, D, u, v = work.X, work.D, work.u, work.v
@@ -73,9 +65,8 @@ def form_defect(
 
 @helper
 def symplectic(
-    kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
-    layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
-    conditions_plain: Any, form: Any, constant: int, starts: Any, lengths: Any, states: Any, out: Any,
+    kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
+    plain, scratch, conditions, conditions_plain, form, constant: int, starts, lengths, states, out,
 ) -> None:  # fmt: skip
     """Write the defects of the steps that lead to `states`; the arguments are those of `measure`."""
     s = sizes_of(layout)
@@ -105,7 +96,4 @@ def symplectic_sweep(
     kernel: Bound, functions: tuple[Bound, ...], form: Bound, manifold: Bound, numbers: NumberType
 ) -> Bound:
     """Return `symplectic` for a stepper's loop and the functions that it takes, in tangent numbers."""
-    own = {"form": form.signature, "constant": WHOLE}
-    steps = dict.fromkeys(("starts", "lengths", "states", "out"), BLOCK)
-    taken = sweep_signature(None, kernel, functions, manifold, numbers, **own, **steps)
-    return Bound(symplectic, taken)
+    return sweep(symplectic, kernel, functions, manifold, numbers, form=form.signature)

@@ -1,7 +1,5 @@
 """Conditions c(y) = 0: functions that write several, and geometry from their differences."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any

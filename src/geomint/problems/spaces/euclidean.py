@@ -1,7 +1,5 @@
 """Numbers without conditions: R^n, moved by translations, or a vector, turned by SO(n)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ...arguments import switch

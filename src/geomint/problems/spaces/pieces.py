@@ -1,7 +1,5 @@
 """The pieces of a flat state: names and rows, in their order."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Products of spaces: their states one after another."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The rotations of R^n, and rigid motions."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """so(n) and its dual: skew matrices as flat upper triangles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

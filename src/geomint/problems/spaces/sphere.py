@@ -1,7 +1,5 @@
 """The unit sphere of R^n."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The Stiefel variety V(n, r): r orthonormal vectors of R^n, one after another."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 from typing import Any

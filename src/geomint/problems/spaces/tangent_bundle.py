@@ -1,7 +1,5 @@
 """Tangent bundles: a point and a vector there, or a momentum, which is one by the metric of R^N."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

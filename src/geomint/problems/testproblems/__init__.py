@@ -4,8 +4,6 @@ Every factory returns a `geomint.Problem` whose forms describe the same flow. `e
 each, with an admissible state at time 0.
 """
 
-from __future__ import annotations
-
 from ...arguments import Array
 from ..problem import Problem
 from . import henon_heiles, neumann, pulsating_body, sphere_metric

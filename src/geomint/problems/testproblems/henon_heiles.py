@@ -1,7 +1,5 @@
 """Hénon and Heiles: two coupled anharmonic oscillators."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Carl Neumann's system: a point on a sphere in a quadratic potential."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """A body that changes its shape while it turns: SO(3) acting on vectors, in time."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

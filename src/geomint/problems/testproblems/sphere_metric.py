@@ -1,7 +1,5 @@
 """A point on a sphere whose mass depends on time, place and direction: T*S^(n−1), not separable."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

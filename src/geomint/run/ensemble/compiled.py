@@ -1,7 +1,5 @@
 """Members whose steps are of given lengths, in compiled code: in lanes where a step allows it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where the members of an ensemble go: to memory, or to a store on disk."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike

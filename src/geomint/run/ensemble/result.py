@@ -1,7 +1,5 @@
 """What `geomint.solve_ensemble` returns: arrays with an axis of members."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,8 +18,6 @@ from .given import Asked, Members
 from .growth import EnsembleGrowth, growth_of_ensemble
 from .outcome import Outcome
 from .store.read import StoredOutcome
-
-__all__ = ["Ensemble"]
 
 
 @dataclass(repr=False, eq=False)

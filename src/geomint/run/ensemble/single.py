@@ -1,7 +1,5 @@
 """Members one after the other, each by `geomint.solve`: what all others are held to."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 
@@ -13,8 +11,6 @@ from ..solution import Solution
 from ..solve import solve
 from .given import Asked, Members
 from .outcome import Outcome, empty_outcome
-
-__all__ = ["run_single"]
 
 
 def run_single(

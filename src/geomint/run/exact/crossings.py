@@ -1,7 +1,5 @@
 """Events along an exact motion: looked for on the motion itself, piece by piece."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 

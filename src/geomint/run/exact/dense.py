@@ -1,15 +1,11 @@
 """Dense output of a run without steps: the exact motion at any time of the run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ...arguments import Array
 from ...problems.problem import Problem
 from ..dense import Kept, Output
 from .path import ExactPath
-
-__all__ = ["ExactOutput"]
 
 
 class ExactOutput(Output):

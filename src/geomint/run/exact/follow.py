@@ -1,7 +1,5 @@
 """`geomint.solve` without steps: states of the exact motion, and events on it."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Mapping

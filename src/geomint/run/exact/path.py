@@ -1,7 +1,5 @@
 """The exact motion of a problem as a run sees it: states at own and at physical times."""
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any
@@ -13,8 +11,6 @@ from ...errors import DeclarationError, GeomintError
 from ...problems.exact_motion import ExactMotion
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
-
-__all__ = ["ExactPath", "Following"]
 
 
 class ExactPath:

@@ -1,7 +1,5 @@
 """Polynomials of degree 8 for a function: through nine points of each piece, many pieces at once."""
 
-from __future__ import annotations
-
 from math import comb
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """One motion of a section by the exact flow: followed until it has its points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

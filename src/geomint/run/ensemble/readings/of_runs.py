@@ -1,7 +1,5 @@
 """Readings that take runs of their own: Lyapunov exponents, points of a section."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -16,8 +14,6 @@ from ...lyapunov import lyapunov
 from ...poincare import poincare_section
 from ..given import Asked
 from .reading import Ran, Reading
-
-__all__ = ["VERDICTS", "ExponentErrors", "ExponentVerdict", "Exponents", "SectionPoints"]
 
 VERDICTS = {"regular": 0.0, "undecided": 0.5, "chaotic": 1.0}  # as numbers, for readings
 _ENDS = ("t_end", "tau_end", "step", "t0")

@@ -1,7 +1,5 @@
 """Readings of the states along a run, and of the last of them."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """What is read off members while their states are at hand, so that these need not be kept."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, ClassVar

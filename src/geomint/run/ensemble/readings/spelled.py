@@ -1,7 +1,5 @@
 """Readings by the words that stand for them: ``drift:energy``, ``exponent``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ....arguments import by_name
