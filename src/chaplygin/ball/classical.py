@@ -109,24 +109,31 @@ def turn(w0: Any, w1: Any, w2: Any, y: Any, out: Any) -> None:
         out[i + 2] = v0 * w1 - v1 * w0
 
 
-@functools.cache
-def classical_forms(full: bool) -> dict[str, Any]:
-    """Return field, generator, energy, log of the density and the momentum in space."""
-    omega_of = full_omega if full else diagonal_omega
-    weight = full_weight if full else diagonal_weight
-    rows = FULL if full else DIAGONAL
+def turning_vectors(omega_of: Any) -> tuple[Any, Any]:
+    """Return field and generator of vectors that turn with −ω⃗, which `omega_of(params, y)` returns."""
 
-    def classical_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """Eq. (Chap), and rows of g: ġ = gω."""
+    def vectors_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """v̇ = v × ω⃗."""
         w0, w1, w2 = omega_of(params, y)
         turn(w0, w1, w2, y, out)
 
-    def classical_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def vectors_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = −ω⃗: every vector of the state has v̇ = ξ × v."""
         w0, w1, w2 = omega_of(params, y)
         out[0] = -w0
         out[1] = -w1
         out[2] = -w2
+
+    return gi.field(vectors_field), gi.field(vectors_generator)
+
+
+@functools.cache
+def classical_forms(full: bool) -> dict[str, Any]:
+    """Return field, eq. (Chap), generator, energy, log of the density and the momentum in space."""
+    omega_of = full_omega if full else diagonal_omega
+    weight = full_weight if full else diagonal_weight
+    rows = FULL if full else DIAGONAL
+    field, generator = turning_vectors(omega_of)
 
     def classical_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
@@ -147,8 +154,8 @@ def classical_forms(full: bool) -> dict[str, Any]:
         return sqrt(total)
 
     return {
-        "field": gi.field(classical_field),
-        "generator": gi.field(classical_generator),
+        "field": field,
+        "generator": generator,
         "energy": gi.observable(classical_energy),
         "log_density": gi.observable(classical_log_density),
         "spatial_momentum": gi.observable(classical_spatial_momentum),

@@ -23,7 +23,7 @@ from geomint import part, section, sqrt
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..literature import BALL
 from ..manifold import Array
-from .fields import ball_forms, ball_parameters, turn
+from .fields import ball_forms, ball_parameters, opposite, turn
 from .integrals import ball_integrals
 from .momentum import ball_problem
 from .path import carried_path
@@ -68,8 +68,7 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
     def contact_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = (−ω, ρ gωγ)."""
         gamma, g, w, _, rest = located(params, y, work)
-        for i in range(size):
-            out[i] = -w[i]
+        opposite(size, w, out)
         rolled(n, section(params, rows, "rho")[0], g, gamma, w, part(out, size, n - 1), rest)
 
     def contact_vertical(params: Any, t: Any, y: Any, work: Any) -> Any:

@@ -13,6 +13,7 @@ from geomint import part, section, sqrt
 
 from ..integrable import inner
 from .angular_velocity import apply_to_gamma
+from .fields import opposite, turn_vectors
 from .rolling_dynamics import RollingDynamics, rolled
 
 __all__ = ["multiplier_fields", "rolling_conditions", "rolling_space"]
@@ -53,16 +54,12 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
     def rolling_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (c1)–(c4) in the body frame."""
         w = part(y, turning, size)
-        for row in range(0, square, n):
-            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
-            for i in range(row, row + n):
-                out[i] = -out[i]
+        turn_vectors(n, w, part(y, 0, square), part(out, 0, square), work)
         translation(params, y, part(out, square, len(out) - square), work)
 
     def rolling_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = (−ω, ṙ, ω̇, v̇)."""
-        for i in range(size):
-            out[i] = -y[turning + i]
+        opposite(size, part(y, turning, size), out)
         translation(params, y, part(out, size, len(out) - size), work)
 
     def rolling_energy(params: Any, t: Any, y: Any, work: Any) -> Any:

@@ -31,7 +31,7 @@ import geomint as gi
 from geomint import log, section
 from geomint.problems.spaces.conditions import written
 
-from ..ball.classical import VECTORS, classical_area, classical_k, turn
+from ..ball.classical import VECTORS, classical_area, classical_k, turning_vectors
 from ..exact.motions import exact_body
 from ..initial_states import TANGENT, one_of
 from ..literature import VESELOVA
@@ -61,20 +61,14 @@ def angular_velocity(params: Any, y: Any) -> Any:
     return w0, w1, w2, (kg - gbk) * r
 
 
-@gi.field
-def veselova_vectors_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eq. (3.2)."""
+@gi.helper
+def velocity(params: Any, y: Any) -> Any:
+    """Return w⃗."""
     w0, w1, w2, _ = angular_velocity(params, y)
-    turn(w0, w1, w2, y, out)
+    return w0, w1, w2
 
 
-@gi.field
-def veselova_vectors_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ξ = −w⃗: both vectors of the state have v̇ = ξ × v."""
-    w0, w1, w2, _ = angular_velocity(params, y)
-    out[0] = -w0
-    out[1] = -w1
-    out[2] = -w2
+veselova_vectors_field, veselova_vectors_generator = turning_vectors(velocity)  # eq. (3.2)
 
 
 @gi.observable

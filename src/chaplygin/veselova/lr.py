@@ -29,7 +29,7 @@ import geomint as gi
 from geomint import part, section, sqrt
 
 from ..ball.angular_velocity import apply_to_gamma
-from ..ball.fields import turn
+from ..ball.fields import opposite, turn, turn_vectors
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..initial_states import one_of
 from ..integrable import inner
@@ -79,16 +79,12 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     def lr_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (PoissonV), (VFK)."""
         w = part(y, square, size)
-        for row in range(0, square, n):
-            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
-            for i in range(row, row + n):
-                out[i] = -out[i]
+        turn_vectors(n, w, part(y, 0, square), part(out, 0, square), work)
         accelerated(params, y, part(out, square, size), work)
 
     def lr_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = (−w, ẇ)."""
-        for i in range(size):
-            out[i] = -y[square + i]
+        opposite(size, part(y, square, size), out)
         accelerated(params, y, part(out, size, size), work)
 
     def lr_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
