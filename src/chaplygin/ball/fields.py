@@ -70,7 +70,7 @@ def ball_work(omega: Any, n: int) -> int:
 
 
 @gi.helper
-def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
+def turn(n, omega, y, out, work):
     """Write ([k, ω], −ωγ, gω) for the flat triangle of ω."""
     size = n * (n - 1) // 2
     w, k = part(work, 0, n * n), part(work, n * n, n * n)
@@ -93,7 +93,7 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.helper
-def turn_vectors(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
+def turn_vectors(n, omega, y, out, work):
     """Write −ωv for every vector v of the state, for the flat triangle of ω."""
     for row in range(0, len(y), n):
         apply_to_gamma(n, omega, part(y, row, n), part(out, row, n))
@@ -101,7 +101,7 @@ def turn_vectors(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.helper
-def opposite(rows: int, x: Any, out: Any) -> None:
+def opposite(rows, x, out):
     """Write −x, of as many rows."""
     for i in range(rows):
         out[i] = -x[i]
@@ -122,22 +122,22 @@ def turning_forms(n: int, turning: Any, velocity: Any, density: Any) -> BallForm
     """
     size = n * (n - 1) // 2
 
-    def turning_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def turning_field(params, t, y, out, work):
         """v̇ = −ωv, and k̇ = [k, ω]."""
         _, w, rest = velocity(params, y, work)
         turning(n, w, y, out, rest)
 
-    def turning_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def turning_generator(params, t, y, out, work):
         """ξ = −ω."""
         _, w, _ = velocity(params, y, work)
         opposite(size, w, out)
 
-    def turning_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def turning_energy(params, t, y, work):
         """½⟨k, ω⟩, the kinetic energy."""
         k, w, _ = velocity(params, y, work)
         return 0.5 * inner(size, k, w)
 
-    def turning_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def turning_log_density(params, t, y, work):
         """Return log ϱ."""
         _, _, rest = velocity(params, y, work)
         return density(params, y, rest)
@@ -160,12 +160,12 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
     size = n * (n - 1) // 2
     log_density = log_density_after(omega)
 
-    def ball_velocity(params: Any, y: Any, work: Any) -> Any:
+    def ball_velocity(params, y, work):
         k, w, rest = part(y, 0, size), part(work, 0, size), part(work, size, len(work) - size)
         omega(n, section(params, rows, "omega"), k, part(y, vertical, n), w, rest)
         return k, w, rest
 
-    def ball_density(params: Any, y: Any, rest: Any) -> Any:
+    def ball_density(params, y, rest):
         return log_density(n, section(params, rows, "omega"), part(y, vertical, n), rest)
 
     return turning_forms(n, turn, gi.helper(ball_velocity), gi.helper(ball_density))

@@ -50,13 +50,13 @@ def poisson_forms(full: bool) -> dict[str, Any]:
     weight = full_weight if full else diagonal_weight
     rows = FULL if full else DIAGONAL
 
-    def scaled(params: Any, y: Any) -> Any:
+    def scaled(params, y):
         """Return f = dt/dτ."""
         return sqrt(section(params, rows, "own")[0] * weight(params, y))
 
     scale = gi.helper(scaled)
 
-    def scaled_omega(params: Any, y: Any) -> Any:
+    def scaled_omega(params, y):
         """Return fω⃗."""
         f = scale(params, y)
         w0, w1, w2 = omega_of(params, y)
@@ -64,11 +64,11 @@ def poisson_forms(full: bool) -> dict[str, Any]:
 
     field, generator = turning_vectors(gi.helper(scaled_omega))
 
-    def poisson_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def poisson_clock(params, t, y, work):
         """dt/dτ = f."""
         return scale(params, y)
 
-    def poisson_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def poisson_log_density(params, t, y, work):
         """Return −log(γ⃗, Wγ⃗)."""
         return -log(weight(params, y))
 

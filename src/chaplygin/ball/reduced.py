@@ -42,7 +42,7 @@ __all__ = ["reduced_problem"]
 
 
 @gi.field
-def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def reduced_field(params, t, y, out, work):
     """Eqs. (ro1), (ro2) with q for p in ω; y = (γ, p)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -73,7 +73,7 @@ def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def reduced_generator(params, t, y, out, work):
     """ξ = −ω = (γ∧Aq/D − A⁻¹γ∧q)/(DU)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -91,7 +91,7 @@ def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.observable
-def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def reduced_energy(params, t, y, work):
     """H = ½⟨k, ω⟩ = (D U K − (q, Aq))/(2D²U), eq. (hamiltonian) with q for p."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -104,7 +104,7 @@ def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+def reduced_k(params, t, y, work):
     """K = (γ, γ)(p, p) − (γ, p)² = ⟨k, k⟩, eq. (IK)."""
     n = len(y) // 2
     p = part(y, n, n)
@@ -113,7 +113,7 @@ def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+def reduced_log_density(params, t, y, work):
     """Return log μ = −(n − 2)/2 log U, eq. (DENSITY)."""
     n = len(y) // 2
     _, b, _ = factors(params, n)
@@ -129,7 +129,7 @@ def general_forms(omega: Any, n: int) -> BallForms:
     size = n * (n - 1) // 2
     log_density = log_density_after(omega)
 
-    def reduced_velocity(params: Any, y: Any, work: Any) -> Any:
+    def reduced_velocity(params, y, work):
         w, k = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
         at = 0
@@ -140,7 +140,7 @@ def general_forms(omega: Any, n: int) -> BallForms:
         omega(n, params, k, part(y, 0, n), w, rest)
         return k, w, rest
 
-    def reduced_density(params: Any, y: Any, rest: Any) -> Any:
+    def reduced_density(params, y, rest):
         return log_density(n, params, part(y, 0, n), rest)
 
     return turning_forms(n, turn_vectors, gi.helper(reduced_velocity), gi.helper(reduced_density))

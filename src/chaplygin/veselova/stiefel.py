@@ -43,7 +43,7 @@ def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
     size, rows = n * (n - 1) // 2, n * r
     solve = bound_velocity(full, n, r)
 
-    def turning(params: Any, y: Any, work: Any) -> Any:
+    def turning(params, y, work):
         """Return blocks (k, w, scratch of the solve)."""
         k, w = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
@@ -58,11 +58,11 @@ def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
         solve(params, k, part(y, 0, rows), w, rest)
         return k, w, rest
 
-    def stiefel_density(params: Any, y: Any, rest: Any) -> Any:
+    def stiefel_density(params, y, rest):
         """Return −½ log det(pr_𝔡 𝓘|_𝔡)."""
         return -0.5 * log_determinant(rows, rest)
 
-    def stiefel_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def stiefel_k(params, t, y, work):
         """K = ⟨k, k⟩."""
         total = 0.0 * y[0]
         for i in range(n):
