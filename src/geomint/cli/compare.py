@@ -60,10 +60,8 @@ def command(
 
     The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
-    from ..compare.duration import comparison_time
-    from ..compare.of_scene import compare_scene
+    from ..compare.of_scene import compare_scene, comparison_time, warming
     from ..compare.peers import PEERS
-    from ..compare.warm import warming
     from ..kernels.compiling.beside import compiled_beside
     from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, write_compare_report
