@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import geomint as gi
 
-__all__ = ["added", "inverse_root", "load", "negative", "times"]
-
 
 @gi.helper
 def load(block, i):

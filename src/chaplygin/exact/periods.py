@@ -21,8 +21,6 @@ from .branch_points import Separation
 from .double_double import added, inverse_root, load, negative, times
 from .whole_numbers import double_double, whole_over
 
-__all__ = ["Periods", "periods_of"]
-
 FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
 DECAY = 79.0  # e^−DECAY: to what the periods are computed
 TABLE_BITS = 256

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ..exact.flow import ExactFlow
     from ..exact.reconstruction import ContactPath
 
-__all__ = ["EXACT_FILES", "exact_record", "write_exact_report"]
 
 EXACT_FILES = report_files("exact")
 WORDS = {

@@ -10,8 +10,6 @@ import click
 from . import options
 from .meanwhile import import_meanwhile
 
-__all__ = ["command"]
-
 
 @click.command("chaos")
 @options.scene_choice

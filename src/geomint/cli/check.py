@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from ..plan import Plan
     from ..scene import Scene
 
-__all__ = ["command"]
 
 WIDE = 90  # columns: with fewer, three of words would be too narrow to read
 

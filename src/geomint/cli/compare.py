@@ -11,8 +11,6 @@ import click
 
 from . import options
 
-__all__ = ["command"]
-
 
 @click.command("compare")
 @click.argument("scene")

@@ -12,8 +12,6 @@ import click
 from . import options
 from .meanwhile import import_meanwhile
 
-__all__ = ["command"]
-
 
 @click.command("drift")
 @options.scene_options

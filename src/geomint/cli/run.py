@@ -9,8 +9,6 @@ import click
 
 from . import options
 
-__all__ = ["command"]
-
 
 @click.command("run")
 @options.scene_options

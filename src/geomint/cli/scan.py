@@ -10,8 +10,6 @@ import click
 from . import options
 from .meanwhile import import_meanwhile
 
-__all__ = ["command"]
-
 
 def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> Any:
     pairs = dict(text.partition("=")[::2] for text in given)

@@ -8,8 +8,6 @@ import click
 
 from . import options
 
-__all__ = ["command"]
-
 
 @click.command("stress")
 @options.folder_option("stress", "stress.html, stress.json, stress.png and stress.svg")

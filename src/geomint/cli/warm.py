@@ -9,8 +9,6 @@ import click
 from ..errors import GeomintError
 from . import options
 
-__all__ = ["command"]
-
 _UNCHANGED = {"method": None, "step": None}
 
 

@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from html import escape
 from pathlib import Path
 
-__all__ = ["film_page"]
-
 PAGE = Path(__file__).with_name("film_page.html")
 
 

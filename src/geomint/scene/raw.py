@@ -12,8 +12,6 @@ from ..errors import SceneError, quoted
 from .explain import key_of, shown
 from .model import DriftSection, IntegrateSection, ObserveSection
 
-__all__ = ["drift_changes", "in_drift", "merged", "overridden", "places_of", "plain"]
-
 DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
 LARGEST_INTEGER = 10**300  # a float
 CHANGED = {  # what `overridden` changes, by sections

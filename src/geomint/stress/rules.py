@@ -2,6 +2,4 @@
 
 from pathlib import Path
 
-__all__ = ["RULES"]
-
 RULES = Path(__file__).with_name("rules.txt").read_text(encoding="utf-8")

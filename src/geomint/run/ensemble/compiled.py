@@ -26,8 +26,6 @@ from ..timeline import Timeline, plan_timeline
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, check_room
 
-__all__ = ["run_compiled"]
-
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
 Counts = npt.NDArray[np.int64]

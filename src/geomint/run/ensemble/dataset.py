@@ -12,8 +12,6 @@ from ..variables import optional
 if TYPE_CHECKING:
     from .result import Ensemble
 
-__all__ = ["as_dataset", "free_name"]
-
 
 def as_dataset(many: Ensemble) -> Any:
     """Return times, pieces and drifts with the dimension ``member``; see `Ensemble.to_xarray`."""

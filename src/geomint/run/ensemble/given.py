@@ -17,8 +17,6 @@ from ...methods import Exact, Method
 from ...problems.declaration import unshared
 from ...problems.problem import Problem
 
-__all__ = ["Asked", "Members", "canonical_members"]
-
 
 @dataclass(frozen=True, eq=False)
 class Members:

@@ -12,17 +12,6 @@ import numpy.typing as npt
 from ...arguments import MOST_NUMBERS, Array
 from ...errors import DomainError, GeomintError
 
-__all__ = [
-    "DRIFT_NUMBERS",
-    "ENDED_EARLY",
-    "INTERRUPTED",
-    "NOT_RUN",
-    "Outcome",
-    "check_alike",
-    "check_room",
-    "empty_outcome",
-]
-
 NOT_RUN, INTERRUPTED = "not run", "interrupted"
 ENDED_EARLY = ("failed", INTERRUPTED, NOT_RUN)  # what members are that have no readings
 DRIFT_NUMBERS = (

@@ -21,8 +21,6 @@ from .growth import EnsembleGrowth, growth_of_ensemble
 from .outcome import Outcome
 from .store.read import StoredOutcome
 
-__all__ = ["Ensemble"]
-
 
 @dataclass(repr=False, eq=False)
 class Ensemble(Shown):

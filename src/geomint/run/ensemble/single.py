@@ -14,8 +14,6 @@ from ..solve import solve
 from .given import Asked, Members
 from .outcome import Outcome, empty_outcome
 
-__all__ = ["run_single"]
-
 
 def run_single(
     asked: Asked,

@@ -17,8 +17,6 @@ from ...poincare import poincare_section
 from ..given import Asked
 from .reading import Ran, Reading
 
-__all__ = ["VERDICTS", "ExponentErrors", "ExponentVerdict", "Exponents", "SectionPoints"]
-
 VERDICTS = {"regular": 0.0, "undecided": 0.5, "chaotic": 1.0}  # as numbers, for readings
 _ENDS = ("t_end", "tau_end", "step", "t0")
 

@@ -15,8 +15,6 @@ from ..outcome import NOT_RUN
 from .arrays import Arrays
 from .columns import error_of, numbers_in, readable, words_in
 
-__all__ = ["StoredOutcome"]
-
 
 class StoredOutcome:
     """What has become of members, as `geomint.run.ensemble.outcome.Outcome` has it: from the disk.
