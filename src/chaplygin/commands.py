@@ -11,8 +11,6 @@ import click
 
 import geomint as gi
 
-__all__ = ["audit", "inertia"]
-
 SOURCES = Path(__file__).parents[2]  # of a checkout, where this package is used from one
 
 

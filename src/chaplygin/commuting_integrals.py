@@ -34,7 +34,7 @@ LARGEST = 100
 
 
 @gi.helper
-def table_rows(n: int) -> Any:
+def table_rows(n):
     """Return the layout of what belongs to one coefficient: the weights of s_i and of m_ij²."""
     return Table(d=n, c=n * (n - 1) // 2)
 
@@ -85,7 +85,7 @@ def _products(roots: Array, without: Any) -> Array:
 
 
 @gi.helper
-def table(n: int, tables: Any, k: int) -> Any:
+def table(n, tables, k):
     """Return the blocks of d_i and c_ij of the k-th of several tables, counted from 0."""
     rows = table_rows(n)
     size = rows.d + rows.c
@@ -94,7 +94,7 @@ def table(n: int, tables: Any, k: int) -> Any:
 
 
 @gi.helper
-def weighted_minors(n: int, c: Any, y: Any) -> Any:
+def weighted_minors(n, c, y):
     """Return Σ_{i<j} c_ij m_ij² of a state (x, p)."""
     total, at = 0.0 * y[0], 0
     for i in range(n):

@@ -54,13 +54,13 @@ def equal_groups(a: Array) -> list[list[int]]:
 
 
 @gi.helper
-def special_rows(n: int, splitting: int) -> Any:
+def special_rows(n, splitting):
     """Return the layout of the parameters: D, 1/a_i, a_i, those of a splitting, tables of integrals."""
     return Special(D=1, b=n, a=n, splitting=splitting, tables=gi.REST)
 
 
 @gi.helper
-def factors(params: Any, n: int) -> Any:
+def factors(params, n):
     """Return the blocks of D, 1/a_i and a_i, which stand first, whatever follows."""
     rows = special_rows(n, 0)
     return section(params, rows, "D"), section(params, rows, "b"), section(params, rows, "a")
@@ -100,7 +100,7 @@ def special_parameters(
 
 
 @gi.helper
-def inner(n: int, x: Any, z: Any) -> Any:
+def inner(n, x, z):
     """Return (x, z) over the first n rows."""
     total = x[0] * z[0]
     for i in range(1, n):
@@ -109,7 +109,7 @@ def inner(n: int, x: Any, z: Any) -> Any:
 
 
 @gi.helper
-def weighted(n: int, b: Any, x: Any, z: Any) -> Any:
+def weighted(n, b, x, z):
     """Return Σ b_i x_i z_i over the first n rows, such as U = (γ, A⁻¹γ)."""
     total = b[0] * x[0] * z[0]
     for i in range(1, n):
@@ -118,7 +118,7 @@ def weighted(n: int, b: Any, x: Any, z: Any) -> Any:
 
 
 @gi.helper
-def physical_scale(n: int, params: Any, y: Any) -> Any:
+def physical_scale(n, params, y):
     """Return D√U = p/p̃."""
     D, b, _ = factors(params, n)
     return D[0] * sqrt(weighted(n, b, y, y))
@@ -137,7 +137,7 @@ def separation_integral(n: int, splitting: int, k: int, physical: bool) -> Any:
         The momentum of the state is p = D√U p̃; else it is p̃.
     """
 
-    def separation_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def separation_coefficient(params, t, y, work):
         """Return a coefficient of the polynomial with s_i = −(p̃, p̃) γ_i²."""
         D, b, _ = factors(params, n)
         d, c = table(n, section(params, special_rows(n, splitting), "tables"), k)
@@ -160,7 +160,7 @@ def separation_integral(n: int, splitting: int, k: int, physical: bool) -> Any:
 def linear_integral(n: int, i: int, j: int, physical: bool) -> Any:
     """Return f_ij = γ_i p̃_j − γ_j p̃_i."""
 
-    def linear(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def linear(params, t, y, work):
         value = y[i] * y[n + j] - y[j] * y[n + i]
         if physical:
             value = value / physical_scale(n, params, y)
@@ -173,7 +173,7 @@ def linear_integral(n: int, i: int, j: int, physical: bool) -> Any:
 def casimir(n: int, group: tuple[int, ...], physical: bool) -> Any:
     """Return Σ f_ij² over a group of equal parameters, as (γ, γ)(p̃, p̃) − (γ, p̃)² of their rows."""
 
-    def casimir_of_equals(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def casimir_of_equals(params, t, y, work):
         gg, gp, pp = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
         for i in group:
             gg += y[i] * y[i]

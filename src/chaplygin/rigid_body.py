@@ -17,8 +17,6 @@ import geomint as gi
 
 from .manifold import Array, warn
 
-__all__ = ["warn_of_mass_tensor", "warn_of_moments"]
-
 ROUNDING = 1e-13  # of the largest value: a body as flat as a disc has a J_i of 0
 
 

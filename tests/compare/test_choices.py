@@ -8,7 +8,7 @@ import pytest
 
 import geomint as gi
 from geomint.compare import (
-    duration,
+    of_scene,
     peer_runs as peer_module,
     point as points_of,
     runs as compare_module,
@@ -189,7 +189,7 @@ def test_repeats_that_are_no_number(repeats: Any) -> None:
      (9.0, 1000, 36.0)],
 )  # fmt: skip
 def test_how_long_the_runs_of_a_point_take(once: float, asked: int | None, together: float) -> None:
-    assert duration._together(once, asked) == pytest.approx(together)
+    assert of_scene._together(once, asked) == pytest.approx(together)
 
 
 def test_repeats_reports_and_drifts() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import geomint as gi
-from geomint.compare import warm
+from geomint.compare import of_scene
 from geomint.compare.ladder import STEP_FACTORS
 from geomint.methods import Gauss, find_method
 
@@ -30,13 +30,13 @@ def scene() -> gi.Scene:
 )
 def test_methods_that_are_still_to_come(scene: gi.Scene, at: str, left: list[str]) -> None:
     """From the other end, unless the reference comes first."""
-    tasks = warm.warming(scene, NAMES, at)
+    tasks = of_scene.warming(scene, NAMES, at)
     assert [find_method(task.args[1]).name for task in tasks] == left
 
 
 def test_the_scenes_own_method_keeps_its_options(scene: gi.Scene) -> None:
     own = scene.changed_integration("gauss-8", None)
-    (task,) = warm.warming(own, ["gauss-8"], "")
+    (task,) = of_scene.warming(own, ["gauss-8"], "")
     assert task.args[1] == own.method
 
 
@@ -49,8 +49,8 @@ def test_runs_are_those_of_the_comparison(scene: gi.Scene, monkeypatch: pytest.M
         assert not options["callback"](None)
         raise gi.ConvergenceError(0.0, 0, 1.0, 1, "as a step that is too long")
 
-    monkeypatch.setattr(warm, "solve", noted)
-    warm.warm_method(scene, Gauss(8))
+    monkeypatch.setattr(of_scene, "solve", noted)
+    of_scene.warm_method(scene, Gauss(8))
     (first, timed), (second, watched) = runs
     assert first == second == scene.problem.name
     assert timed["tau_end"] == scene.content.time.tau_end

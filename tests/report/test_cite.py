@@ -117,9 +117,9 @@ def test_the_package_is_cited_as_its_file_says():
 
 def test_sources_are_told_apart_by_their_keys():
     ones = [one for one in vars(literature).values() if isinstance(one, gi.Reference)]
-    import chaplygin.literature as more
+    from chaplygin.literature import SOURCES
 
-    ones += [one for one in vars(more).values() if isinstance(one, gi.Reference)]
+    ones += SOURCES.values()
     keys = {one.key: one for one in ones}
     assert len({id(one) for one in ones}) == len(keys)
     assert len({one.doi for one in keys.values() if one.doi}) == sum(

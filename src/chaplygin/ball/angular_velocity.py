@@ -85,7 +85,7 @@ def log_density_after(omega: Any) -> Any:
 
 
 @gi.helper
-def apply_to_gamma(n: int, triangle: Any, gamma: Any, out: Any) -> None:
+def apply_to_gamma(n, triangle, gamma, out):
     """Write Xγ for the skew matrix X of a flat triangle."""
     for i in range(n):
         out[i] = 0.0 * gamma[i]
@@ -100,7 +100,7 @@ def apply_to_gamma(n: int, triangle: Any, gamma: Any, out: Any) -> None:
 
 
 @gi.helper
-def about_vertical(n: int, triangle: Any, gamma: Any, work: Any) -> Any:
+def about_vertical(n, triangle, gamma, work):
     """Return |X − (Xγ)∧γ|², the square of the part of X that fixes the unit vector γ."""
     image = part(work, 0, n)
     apply_to_gamma(n, triangle, gamma, image)
@@ -115,13 +115,13 @@ def about_vertical(n: int, triangle: Any, gamma: Any, work: Any) -> Any:
 
 
 @gi.helper
-def special_rows(n: int) -> Any:
+def special_rows(n):
     """Return the layout of the parameters of the special operator."""
     return Operator(D=1, a=n, b=n, C=gi.REST)
 
 
 @gi.helper
-def special_parts(params: Any, n: int) -> Any:
+def special_parts(params, n):
     """Return the blocks of D, a_i, 1/a_i and the entries of I⁻¹."""
     rows = special_rows(n)
     a, b = section(params, rows, "a"), section(params, rows, "b")
@@ -129,7 +129,7 @@ def special_parts(params: Any, n: int) -> Any:
 
 
 @gi.helper
-def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+def special_omega(n, params, k, gamma, omega, work):
     """Write ω for the special operator."""
     _, a, b, C = special_parts(params, n)
     u = b[0] * gamma[0] * gamma[0]
@@ -150,7 +150,7 @@ def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any
 
 
 @gi.helper
-def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+def spread_omega(n, params, k, gamma, omega, work):
     """Write ω for the special operator, without cancellation."""
     D, a, b, C = special_parts(params, n)
     u = b[0] * gamma[0] * gamma[0]
@@ -189,14 +189,14 @@ def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any)
 
 
 @gi.helper
-def special_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
+def special_log_density(n, params, gamma, work):
     """Return log ϱ = −(n − 2)/2 log U."""
     _, _, b, _ = special_parts(params, n)
     return -0.5 * (n - 2) * log(weighted(n, b, gamma, gamma))
 
 
 @gi.helper
-def solve_in_place(n: int, s: Any, v: Any) -> None:
+def solve_in_place(n, s, v):
     """Replace v by S⁻¹v for a positive definite S, and the diagonal of S by its inverse pivots.
 
     Reads and overwrites the lower triangle of S.
@@ -219,7 +219,7 @@ def solve_in_place(n: int, s: Any, v: Any) -> None:
 
 
 @gi.helper
-def pivots_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
+def pivots_log_density(n, params, gamma, work):
     """Return log ϱ = −½ log det(1 + D′M), from the inverse pivots that the solve has left in `work`."""
     total = log(work[n])
     for i in range(1, n):
@@ -228,7 +228,7 @@ def pivots_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
 
 
 @gi.helper
-def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+def diagonal_omega(n, params, k, gamma, omega, work):
     """Write ω for a diagonal operator."""
     D, C = section(params, GENERAL, "D"), section(params, GENERAL, "C")
     v, s = part(work, 0, n), part(work, n, n * n)
@@ -263,7 +263,7 @@ def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: An
 
 
 @gi.helper
-def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+def full_omega(n, params, k, gamma, omega, work):
     """Write ω for any operator."""
     D, C = section(params, GENERAL, "D"), section(params, GENERAL, "C")
     rows = len(k)

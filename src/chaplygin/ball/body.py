@@ -169,14 +169,14 @@ def angular_velocities(omega: Any, rows: Any) -> dict[str, Any]:
     def in_body(i: int) -> Any:
         place, sign = PLACES[i]
 
-        def omega_body(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def omega_body(params, t, y, work):
             _, _, w, _, _ = locate(params, y, work)
             return sign * w[place]
 
         return gi.observable(omega_body)
 
     def in_space(i: int) -> Any:
-        def omega_space(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def omega_space(params, t, y, work):
             _, g, w, _, _ = locate(params, y, work)
             return g[3 * i + 1] * w[1] - g[3 * i] * w[2] - g[3 * i + 2] * w[0]
 

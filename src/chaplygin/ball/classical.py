@@ -51,14 +51,14 @@ classical_area = product_of(3, 0, 3)  # F_1 = (k⃗, γ⃗), eq. (cl:int)
 
 
 @gi.helper
-def diagonal_weight(params: Any, y: Any) -> Any:
+def diagonal_weight(params, y):
     """Return (γ⃗, Wγ⃗) for an inertia tensor in principal axes."""
     w = section(params, DIAGONAL, "W")
     return w[0] * y[3] * y[3] + w[1] * y[4] * y[4] + w[2] * y[5] * y[5]
 
 
 @gi.helper
-def diagonal_omega(params: Any, y: Any) -> Any:
+def diagonal_omega(params, y):
     """Return ω⃗ for an inertia tensor in principal axes."""
     b = section(params, DIAGONAL, "B")
     g0, g1, g2 = y[3], y[4], y[5]
@@ -69,7 +69,7 @@ def diagonal_omega(params: Any, y: Any) -> Any:
 
 
 @gi.helper
-def product(diagonal: Any, rest: Any, x0: Any, x1: Any, x2: Any) -> Any:
+def product(diagonal, rest, x0, x1, x2):
     """Return S x for the symmetric matrix with those entries, beside the diagonal S_12, S_13, S_23."""
     s01, s02, s12 = rest[0], rest[1], rest[2]
     return (
@@ -80,7 +80,7 @@ def product(diagonal: Any, rest: Any, x0: Any, x1: Any, x2: Any) -> Any:
 
 
 @gi.helper
-def full_weight(params: Any, y: Any) -> Any:
+def full_weight(params, y):
     """Return (γ⃗, Wγ⃗) for any inertia tensor."""
     diagonal, rest = section(params, FULL, "W"), section(params, FULL, "W_rest")
     w0, w1, w2 = product(diagonal, rest, y[3], y[4], y[5])
@@ -88,7 +88,7 @@ def full_weight(params: Any, y: Any) -> Any:
 
 
 @gi.helper
-def full_omega(params: Any, y: Any) -> Any:
+def full_omega(params, y):
     """Return ω⃗ for any inertia tensor."""
     g0, g1, g2 = y[3], y[4], y[5]
     diagonal, rest = section(params, FULL, "B"), section(params, FULL, "B_rest")
@@ -100,7 +100,7 @@ def full_omega(params: Any, y: Any) -> Any:
 
 
 @gi.helper
-def turn(w0: Any, w1: Any, w2: Any, y: Any, out: Any) -> None:
+def turn(w0, w1, w2, y, out):
     """Write v × ω for each vector v of the state."""
     for i in range(0, len(y), 3):
         v0, v1, v2 = y[i], y[i + 1], y[i + 2]
@@ -109,35 +109,42 @@ def turn(w0: Any, w1: Any, w2: Any, y: Any, out: Any) -> None:
         out[i + 2] = v0 * w1 - v1 * w0
 
 
-@functools.cache
-def classical_forms(full: bool) -> dict[str, Any]:
-    """Return field, generator, energy, log of the density and the momentum in space."""
-    omega_of = full_omega if full else diagonal_omega
-    weight = full_weight if full else diagonal_weight
-    rows = FULL if full else DIAGONAL
+def turning_vectors(omega_of: Any) -> tuple[Any, Any]:
+    """Return field and generator of vectors that turn with −ω⃗, which `omega_of(params, y)` returns."""
 
-    def classical_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """Eq. (Chap), and rows of g: ġ = gω."""
+    def vectors_field(params, t, y, out, work):
+        """v̇ = v × ω⃗."""
         w0, w1, w2 = omega_of(params, y)
         turn(w0, w1, w2, y, out)
 
-    def classical_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def vectors_generator(params, t, y, out, work):
         """ξ = −ω⃗: every vector of the state has v̇ = ξ × v."""
         w0, w1, w2 = omega_of(params, y)
         out[0] = -w0
         out[1] = -w1
         out[2] = -w2
 
-    def classical_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return gi.field(vectors_field), gi.field(vectors_generator)
+
+
+@functools.cache
+def classical_forms(full: bool) -> dict[str, Any]:
+    """Return field, eq. (Chap), generator, energy, log of the density and the momentum in space."""
+    omega_of = full_omega if full else diagonal_omega
+    weight = full_weight if full else diagonal_weight
+    rows = FULL if full else DIAGONAL
+    field, generator = turning_vectors(omega_of)
+
+    def classical_energy(params, t, y, work):
         """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
         w0, w1, w2 = omega_of(params, y)
         return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
 
-    def classical_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def classical_log_density(params, t, y, work):
         """Return log ϱ = −½ log(γ⃗, Wγ⃗), eq. (mu-ch) without its cancellation."""
         return -0.5 * log(weight(params, y))
 
-    def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def classical_spatial_momentum(params, t, y, work):
         """|g k⃗ − k⃗_0|."""
         k0, total = section(params, rows, "own"), 0.0 * y[0]
         for i in range(3):
@@ -147,8 +154,8 @@ def classical_forms(full: bool) -> dict[str, Any]:
         return sqrt(total)
 
     return {
-        "field": gi.field(classical_field),
-        "generator": gi.field(classical_generator),
+        "field": field,
+        "generator": generator,
         "energy": gi.observable(classical_energy),
         "log_density": gi.observable(classical_log_density),
         "spatial_momentum": gi.observable(classical_spatial_momentum),
@@ -163,7 +170,7 @@ def routh_integral(axis: int) -> Any:
     value of the area constant.
     """
 
-    def routh(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def routh(params, t, y, work):
         omega = diagonal_omega(params, y)
         return omega[axis] * sqrt(diagonal_weight(params, y))
 

@@ -23,7 +23,7 @@ from geomint import part, section, sqrt
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..literature import BALL
 from ..manifold import Array
-from .fields import ball_forms, ball_parameters, turn
+from .fields import ball_forms, ball_parameters, opposite, turn
 from .integrals import ball_integrals
 from .momentum import ball_problem
 from .path import carried_path
@@ -50,7 +50,7 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
     size, square = n * (n - 1) // 2, n * n
     turning = size + n + square  # rows that turn; r comes after them
 
-    def locate(params: Any, y: Any, work: Any) -> Any:
+    def locate(params, y, work):
         """Return blocks (γ, g, ω, r, scratch)."""
         gamma, w = part(y, size, n), part(work, 0, size)
         rest = part(work, size, len(work) - size)
@@ -59,20 +59,19 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
 
     located = gi.helper(locate)
 
-    def contact_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def contact_field(params, t, y, out, work):
         """Eqs. (ch-red), (PE), (ch-red2) and (ch-constr)."""
         gamma, g, w, _, rest = located(params, y, work)
         turn(n, w, part(y, 0, turning), part(out, 0, turning), rest)
         rolled(n, section(params, rows, "rho")[0], g, gamma, w, part(out, turning, n - 1), rest)
 
-    def contact_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def contact_generator(params, t, y, out, work):
         """ξ = (−ω, ρ gωγ)."""
         gamma, g, w, _, rest = located(params, y, work)
-        for i in range(size):
-            out[i] = -w[i]
+        opposite(size, w, out)
         rolled(n, section(params, rows, "rho")[0], g, gamma, w, part(out, size, n - 1), rest)
 
-    def contact_vertical(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def contact_vertical(params, t, y, work):
         """|γ − g⁻¹E_n|."""
         total = 0.0 * y[0]
         for i in range(n):

@@ -21,15 +21,24 @@ from ..inertia import GeneralInertia, SpecialInertia
 from ..integrable import inner
 from ..manifold import Array, skew_components
 from ..operators import operator_entries
-from .angular_velocity import log_density_after, omega_for, omega_work
+from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 
-__all__ = ["BallForms", "ball_forms", "ball_parameters", "ball_work", "turn"]
+__all__ = [
+    "BallForms",
+    "ball_forms",
+    "ball_parameters",
+    "ball_work",
+    "opposite",
+    "turn",
+    "turn_vectors",
+    "turning_forms",
+]
 
 Ball = namedtuple("Ball", "omega rho m inertia k0")
 
 
 class BallForms(NamedTuple):
-    """What depends on ω."""
+    """What depends on the angular velocity."""
 
     field: Any
     generator: Any
@@ -61,7 +70,7 @@ def ball_work(omega: Any, n: int) -> int:
 
 
 @gi.helper
-def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
+def turn(n, omega, y, out, work):
     """Write ([k, ω], −ωγ, gω) for the flat triangle of ω."""
     size = n * (n - 1) // 2
     w, k = part(work, 0, n * n), part(work, n * n, n * n)
@@ -83,43 +92,80 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
             out[row + i] = total
 
 
+@gi.helper
+def turn_vectors(n, omega, y, out, work):
+    """Write −ωv for every vector v of the state, for the flat triangle of ω."""
+    for row in range(0, len(y), n):
+        apply_to_gamma(n, omega, part(y, row, n), part(out, row, n))
+        opposite(n, part(out, row, n), part(out, row, n))
+
+
+@gi.helper
+def opposite(rows, x, out):
+    """Write −x, of as many rows."""
+    for i in range(rows):
+        out[i] = -x[i]
+
+
+def turning_forms(n: int, turning: Any, velocity: Any, density: Any) -> BallForms:
+    """Return the functions of a state whose vectors, and a k before them, turn with −ω.
+
+    Parameters
+    ----------
+    n : int
+    turning : recorded ``f(n, omega, y, out, work)``
+        `turn` or `turn_vectors`.
+    velocity : recorded ``f(params, y, work) -> (k, omega, rest)``
+        Returns the flat triangles of momentum and angular velocity, and what is left of the scratch.
+    density : recorded ``f(params, y, rest)``
+        Returns log ϱ, from what `velocity` has left in the scratch.
+    """
+    size = n * (n - 1) // 2
+
+    def turning_field(params, t, y, out, work):
+        """v̇ = −ωv, and k̇ = [k, ω]."""
+        _, w, rest = velocity(params, y, work)
+        turning(n, w, y, out, rest)
+
+    def turning_generator(params, t, y, out, work):
+        """ξ = −ω."""
+        _, w, _ = velocity(params, y, work)
+        opposite(size, w, out)
+
+    def turning_energy(params, t, y, work):
+        """½⟨k, ω⟩, the kinetic energy."""
+        k, w, _ = velocity(params, y, work)
+        return 0.5 * inner(size, k, w)
+
+    def turning_log_density(params, t, y, work):
+        """Return log ϱ."""
+        _, _, rest = velocity(params, y, work)
+        return density(params, y, rest)
+
+    return BallForms(
+        gi.field(turning_field),
+        gi.field(turning_generator),
+        gi.observable(turning_energy),
+        gi.observable(turning_log_density),
+    )
+
+
 @functools.cache
 def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
     """Return the functions of the ball in R^n whose ω is given by `omega`; see `ball_parameters`.
 
-    The state begins with k; γ stands in the rows from `vertical` on.
+    The state begins with k; γ stands in the rows from `vertical` on. Eqs. (ch-red), (PE), (ch-red2),
+    and (mu*).
     """
     size = n * (n - 1) // 2
     log_density = log_density_after(omega)
 
-    def ball_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """Eqs. (ch-red), (PE), (ch-red2)."""
-        w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), w, rest)
-        turn(n, w, y, out, rest)
+    def ball_velocity(params, y, work):
+        k, w, rest = part(y, 0, size), part(work, 0, size), part(work, size, len(work) - size)
+        omega(n, section(params, rows, "omega"), k, part(y, vertical, n), w, rest)
+        return k, w, rest
 
-    def ball_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """ξ = −ω."""
-        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), out, work)
-        for i in range(size):
-            out[i] = -out[i]
+    def ball_density(params, y, rest):
+        return log_density(n, section(params, rows, "omega"), part(y, vertical, n), rest)
 
-    def ball_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """½⟨k, ω⟩, the reduced kinetic energy."""
-        w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), w, rest)
-        return 0.5 * inner(size, y, w)
-
-    def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """Return log ϱ, eq. (mu*)."""
-        gamma, rest = part(y, vertical, n), part(work, size, len(work) - size)
-        own = section(params, rows, "omega")
-        omega(n, own, part(y, 0, size), gamma, part(work, 0, size), rest)
-        return log_density(n, own, gamma, rest)
-
-    return BallForms(
-        gi.field(ball_field),
-        gi.field(ball_generator),
-        gi.observable(ball_energy),
-        gi.observable(ball_log_density),
-    )
+    return turning_forms(n, turn, gi.helper(ball_velocity), gi.helper(ball_density))

@@ -35,7 +35,7 @@ __all__ = ["hamiltonized_problem"]
 
 
 @gi.field
-def hamiltonized_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def hamiltonized_field(params, t, y, out, work):
     """Eqs. (ham_q), (ham_p); y = (γ, p̃)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -70,14 +70,14 @@ def hamiltonized_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
 
 
 @gi.observable
-def hamiltonized_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+def hamiltonized_clock(params, t, y, work):
     """dt/dτ = D√U, eq. (CM)."""
     n = len(y) // 2
     return physical_scale(n, params, y)
 
 
 @gi.observable
-def hamiltonized_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def hamiltonized_energy(params, t, y, work):
     """H = ½(D U (p̃, p̃) − (p̃, Ap̃)), eq. (hamiltonian*)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -86,7 +86,7 @@ def hamiltonized_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def hamiltonized_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+def hamiltonized_k(params, t, y, work):
     """K = D²U (p̃, p̃) = (p, p) = ⟨k, k⟩."""
     n = len(y) // 2
     D, b, _ = factors(params, n)
@@ -95,9 +95,7 @@ def hamiltonized_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.field
-def hamiltonized_gradients(
-    params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any
-) -> None:
+def hamiltonized_gradients(params, t, q, p, dq, dp, work):
     """Both gradients of H̃ = H + (γ, p̃)(γ, Ap̃)."""
     n = len(q)
     D, b, a = factors(params, n)

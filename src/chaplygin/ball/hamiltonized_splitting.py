@@ -25,7 +25,6 @@ squares: up to a power of ten larger).
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
 
 import numpy as np
 
@@ -46,7 +45,7 @@ DOUBLINGS = 12  # up to |s| = 2048, beyond the largest numbers
 
 
 @gi.helper
-def splitting_rows(n: int) -> Any:
+def splitting_rows(n):
     """Return the layout of a splitting's parameters: κ; which parts these are, their ϱ and μ.
 
     A part is the number of its axis, or n, the great circle.
@@ -70,7 +69,7 @@ def splitting_parameters(inertia: SpecialInertia) -> Array:
 
 
 @gi.helper
-def dilation_coefficients(s: Any) -> Any:
+def dilation_coefficients(s):
     """Return ``sinh s`` and ``cosh s − 1``, to relative accuracy.
 
     From s/2¹² by doubling where s is not small: steps as large as that are not accurate anyway.
@@ -88,7 +87,7 @@ def dilation_coefficients(s: Any) -> Any:
 
 
 @gi.helper
-def turn_and_dilate(i: int, turn: Any, dilation: Any, y: Any, out: Any) -> None:
+def turn_and_dilate(i, turn, dilation, y, out):
     """Write the increment of the flows of ½ R_i over `turn` and of ½ p_i² over `dilation`.
 
     They commute. p_i is constant, and s = p_i · dilation; with w = cosh s + γ_i sinh s ≥ exp(−|s|) ::
@@ -135,7 +134,7 @@ def turn_and_dilate(i: int, turn: Any, dilation: Any, y: Any, out: Any) -> None:
 
 
 @gi.helper
-def hamiltonized_flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+def hamiltonized_flow(k, params, t, h, y, out, work):
     """Flows of the parts, axes and the great circle, in their order."""
     n = len(y) // 2
     rows = splitting_rows(n)

@@ -34,7 +34,7 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
     """
     size = n * (n - 1) // 2
 
-    def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def ball_trace_k4(params, t, y, work):
         """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
         k = part(work, 0, n * n)
         unpack_skew(n, part(y, 0, size), k)
@@ -47,11 +47,11 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
                 total += entry * entry
         return total
 
-    def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def ball_momentum(params, t, y, work):
         """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
         return about_vertical(n, part(y, 0, size), part(y, vertical, n), work)
 
-    def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def ball_spatial_momentum(params, t, y, work):
         """|Ad_g k − k_0| in the norm of ⟨X, X⟩."""
         k, gk = part(work, 0, n * n), part(work, n * n, n * n)
         g = part(y, frame, n * n)

@@ -13,6 +13,7 @@ from geomint import part, section, sqrt
 
 from ..integrable import inner
 from .angular_velocity import apply_to_gamma
+from .fields import opposite, turn_vectors
 from .rolling_dynamics import RollingDynamics, rolled
 
 __all__ = ["multiplier_fields", "rolling_conditions", "rolling_space"]
@@ -32,12 +33,12 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
     turning, moving = slices["omega"].start, slices["v"].start
     accelerate, apply_inertia = dynamics
 
-    def locate(params: Any, y: Any, work: Any) -> Any:
+    def locate(params, y, work):
         """Return blocks (γ, g, ω, r, scratch)."""
         gamma, g = part(y, square - n, n), part(y, 0, square)
         return gamma, g, part(y, turning, size), part(y, square, n - 1), work
 
-    def translate(params: Any, y: Any, out: Any, work: Any) -> None:
+    def translate(params, y, out, work):
         """Write (ṙ, ω̇, v̇)."""
         gamma, g, w = part(y, square - n, n), part(y, 0, square), part(y, turning, size)
         for i in range(n - 1):
@@ -50,22 +51,18 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
 
     translation = gi.helper(translate)
 
-    def rolling_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def rolling_field(params, t, y, out, work):
         """Eqs. (c1)–(c4) in the body frame."""
         w = part(y, turning, size)
-        for row in range(0, square, n):
-            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
-            for i in range(row, row + n):
-                out[i] = -out[i]
+        turn_vectors(n, w, part(y, 0, square), part(out, 0, square), work)
         translation(params, y, part(out, square, len(out) - square), work)
 
-    def rolling_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def rolling_generator(params, t, y, out, work):
         """ξ = (−ω, ṙ, ω̇, v̇)."""
-        for i in range(size):
-            out[i] = -y[turning + i]
+        opposite(size, part(y, turning, size), out)
         translation(params, y, part(out, size, len(out) - size), work)
 
-    def rolling_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rolling_energy(params, t, y, work):
         """½⟨Iω, ω⟩ + ½m(v, v), eq. (ch-lagr); ½⟨k, ω⟩ where the ball does not slip."""
         w, momentum = part(y, turning, size), part(work, 0, size)
         apply_inertia(section(params, rows, "inertia"), w, momentum)
@@ -75,7 +72,7 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
             total += mass[0] * y[i] * y[i]
         return 0.5 * total
 
-    def rolling_slip(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rolling_slip(params, t, y, work):
         """|v − ρ gωγ|, eq. (ch-constr): the speed of the point of the ball in contact."""
         g, w = part(y, 0, square), part(y, turning, size)
         v, rest = part(work, 0, n - 1), part(work, n, n)
@@ -106,7 +103,7 @@ def rolling_conditions(n: int, rows: Any, twist_free: bool) -> Any:
     slices = rolling_space(n).slices
     turning, moving = slices["omega"].start, slices["v"].start
 
-    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def conditions(params, t, y, out, work):
         rotation(params, t, y, out, work)
         g, w = part(y, 0, square), part(y, turning, size)
         v = part(out, slipping, n - 1)

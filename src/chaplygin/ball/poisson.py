@@ -36,7 +36,7 @@ from .classical import (
     full_omega,
     full_weight,
     inertia_tensor,
-    turn,
+    turning_vectors,
 )
 from .path import integrated_path
 
@@ -50,36 +50,31 @@ def poisson_forms(full: bool) -> dict[str, Any]:
     weight = full_weight if full else diagonal_weight
     rows = FULL if full else DIAGONAL
 
-    def scaled(params: Any, y: Any) -> Any:
+    def scaled(params, y):
         """Return f = dt/dτ."""
         return sqrt(section(params, rows, "own")[0] * weight(params, y))
 
     scale = gi.helper(scaled)
 
-    def poisson_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def scaled_omega(params, y):
+        """Return fω⃗."""
         f = scale(params, y)
         w0, w1, w2 = omega_of(params, y)
-        turn(f * w0, f * w1, f * w2, y, out)
+        return f * w0, f * w1, f * w2
 
-    def poisson_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """ξ = −fω⃗."""
-        f = scale(params, y)
-        w0, w1, w2 = omega_of(params, y)
-        out[0] = -f * w0
-        out[1] = -f * w1
-        out[2] = -f * w2
+    field, generator = turning_vectors(gi.helper(scaled_omega))
 
-    def poisson_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def poisson_clock(params, t, y, work):
         """dt/dτ = f."""
         return scale(params, y)
 
-    def poisson_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def poisson_log_density(params, t, y, work):
         """Return −log(γ⃗, Wγ⃗)."""
         return -log(weight(params, y))
 
     return {
-        "field": gi.field(poisson_field),
-        "generator": gi.field(poisson_generator),
+        "field": field,
+        "generator": generator,
         "clock": gi.observable(poisson_clock),
         "log_density": gi.observable(poisson_log_density),
     }

@@ -34,14 +34,15 @@ from ..initial_states import initial_tangent
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import BALL
 from ..manifold import Array, wedge
-from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
+from .angular_velocity import log_density_after, omega_for, omega_work
+from .fields import BallForms, turn_vectors, turning_forms
 from .path import integrated_path
 
 __all__ = ["reduced_problem"]
 
 
 @gi.field
-def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def reduced_field(params, t, y, out, work):
     """Eqs. (ro1), (ro2) with q for p in ω; y = (γ, p)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -72,7 +73,7 @@ def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def reduced_generator(params, t, y, out, work):
     """ξ = −ω = (γ∧Aq/D − A⁻¹γ∧q)/(DU)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -90,7 +91,7 @@ def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.observable
-def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def reduced_energy(params, t, y, work):
     """H = ½⟨k, ω⟩ = (D U K − (q, Aq))/(2D²U), eq. (hamiltonian) with q for p."""
     n = len(y) // 2
     D, b, a = factors(params, n)
@@ -103,7 +104,7 @@ def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+def reduced_k(params, t, y, work):
     """K = (γ, γ)(p, p) − (γ, p)² = ⟨k, k⟩, eq. (IK)."""
     n = len(y) // 2
     p = part(y, n, n)
@@ -112,7 +113,7 @@ def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+def reduced_log_density(params, t, y, work):
     """Return log μ = −(n − 2)/2 log U, eq. (DENSITY)."""
     n = len(y) // 2
     _, b, _ = factors(params, n)
@@ -120,54 +121,29 @@ def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @functools.cache
-def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any, Any]:
-    """Return field, generator, energy and log μ for an operator whose ω `omega` writes; y = (γ, p)."""
+def general_forms(omega: Any, n: int) -> BallForms:
+    """Return the functions for an operator whose ω `omega` writes; y = (γ, p), eqs. (r1), (r2).
+
+    The measure, eq. (mu*), is that which the ball's induces where the momentum is zero.
+    """
     size = n * (n - 1) // 2
     log_density = log_density_after(omega)
 
-    def velocity(params: Any, y: Any, work: Any) -> None:
+    def reduced_velocity(params, y, work):
+        w, k = part(work, 0, size), part(work, size, size)
+        rest = part(work, 2 * size, len(work) - 2 * size)
         at = 0
         for i in range(n):
             for j in range(i + 1, n):
-                work[size + at] = y[i] * y[n + j] - y[n + i] * y[j]
+                k[at] = y[i] * y[n + j] - y[n + i] * y[j]
                 at += 1
-        k, rest = part(work, size, size), part(work, 2 * size, len(work) - 2 * size)
-        omega(n, params, k, part(y, 0, n), part(work, 0, size), rest)
+        omega(n, params, k, part(y, 0, n), w, rest)
+        return k, w, rest
 
-    velocity_of = gi.helper(velocity)
-
-    def general_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """Eqs. (r1), (r2)."""
-        velocity_of(params, y, work)
-        w = part(work, 0, size)
-        for first in range(0, 2 * n, n):
-            apply_to_gamma(n, w, part(y, first, n), part(out, first, n))
-            for i in range(first, first + n):
-                out[i] = -out[i]
-
-    def general_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """ξ = −ω."""
-        velocity_of(params, y, work)
-        for i in range(size):
-            out[i] = -work[i]
-
-    def general_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """H = ½⟨k, ω⟩, eq. (red:ham)."""
-        velocity_of(params, y, work)
-        return 0.5 * inner(size, work, part(work, size, size))
-
-    def general_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """Return log ϱ, eq. (mu*): the measure that the ball's induces where the momentum is zero."""
-        velocity_of(params, y, work)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+    def reduced_density(params, y, rest):
         return log_density(n, params, part(y, 0, n), rest)
 
-    return (
-        gi.field(general_field),
-        gi.field(general_generator),
-        gi.observable(general_energy),
-        gi.observable(general_log_density),
-    )
+    return turning_forms(n, turn_vectors, gi.helper(reduced_velocity), gi.helper(reduced_density))
 
 
 def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Problem:

@@ -62,7 +62,7 @@ def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
     apply_inertia = operator_applied(full, n)
     turning = rolling_space(n).slices["omega"].start
 
-    def through(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def through(params, t, y, work):
         z, u = part(work, 0, size + n + square), part(work, size + n + square, n)
         used = size + 2 * n + square
         w = part(y, turning, size)
@@ -94,7 +94,7 @@ def density_in_omega(omega: Any, n: int, rows: Any) -> Any:
     log_density = log_density_after(omega)
     turning = rolling_space(n).slices["omega"].start
 
-    def rolling_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rolling_log_density(params, t, y, work):
         gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
         own = section(params, rows, "omega")
         omega(n, own, part(y, turning, size), gamma, part(work, 0, size), rest)

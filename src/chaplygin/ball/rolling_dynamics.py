@@ -44,7 +44,7 @@ def rolling_work(omega: Any, n: int) -> int:
 
 
 @gi.helper
-def rolled(n: int, rho: Any, g: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
+def rolled(n, rho, g, gamma, w, out, work):
     """Write the n−1 horizontal components of ρ gwγ: v for w = ω, v̇ for w = ω̇."""
     u = part(work, 0, n)
     apply_to_gamma(n, w, gamma, u)
@@ -71,7 +71,7 @@ def rolling_dynamics(omega: Any, n: int, rows: Any) -> RollingDynamics:
     size = n * (n - 1) // 2
     apply_inertia = operator_applied(omega is full_omega, n)
 
-    def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
+    def accelerate(params, gamma, w, out, work):
         momentum, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
         apply_inertia(section(params, rows, "inertia"), w, momentum)
@@ -106,7 +106,7 @@ def contact_observables(
     size = n * (n - 1) // 2
     accelerate = dynamics.accelerate
 
-    def react(params: Any, y: Any, work: Any) -> Any:
+    def react(params, y, work):
         gamma, g, w, _, rest = locate(params, y, work)
         dw, force = part(rest, 0, size), part(rest, size, n - 1)
         left = part(rest, size + n, len(rest) - size - n)
@@ -118,35 +118,35 @@ def contact_observables(
     reaction_of = gi.helper(react)
 
     def component(i: int) -> Any:
-        def reaction(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def reaction(params, t, y, work):
             _, _, _, force, _ = reaction_of(params, y, work)
             return force[i]
 
         return gi.observable(reaction)
 
     def position(i: int) -> Any:
-        def contact(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def contact(params, t, y, work):
             _, _, _, r, _ = locate(params, y, work)
             return r[i]
 
         return gi.observable(contact)
 
-    def reaction_size(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def reaction_size(params, t, y, work):
         _, _, _, force, _ = reaction_of(params, y, work)
         return sqrt(inner(n - 1, force, force))
 
-    def power(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def power(params, t, y, work):
         gamma, g, w, force, rest = reaction_of(params, y, work)
         v = part(rest, n, n)
         rolled(n, section(params, rows, "rho")[0], g, gamma, w, v, rest)
         return inner(n - 1, force, v)
 
-    def speed(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def speed(params, t, y, work):
         gamma, _, w, _, rest = locate(params, y, work)
         apply_to_gamma(n, w, gamma, rest)
         return section(params, rows, "rho")[0] * sqrt(inner(n, rest, rest))
 
-    def pivoting(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def pivoting(params, t, y, work):
         gamma, _, w, _, rest = locate(params, y, work)
         return sqrt(about_vertical(n, w, gamma, rest))
 

@@ -61,7 +61,7 @@ __all__ = ["chaplygin_change", "gauss_map", "hamiltonization", "to_clebsch", "to
 
 
 @gi.observable
-def tau_per_t(params: Any, t: Any, y: Any, work: Any) -> Any:
+def tau_per_t(params, t, y, work):
     """dτ/dt = 1/(D√U)."""
     return 1.0 / physical_scale(len(y) // 2, params, y)
 
@@ -91,7 +91,7 @@ def hamiltonization(system: ChaplyginSphere | Veselova) -> Correspondence:
 
 
 @gi.observable
-def veselova_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+def veselova_time(params, t, y, work):
     """dt/ds = |A⁻¹x|⁻³ = U^(3/2), U = (γ, Aγ)."""
     total = normal_squared(params, y)
     return 1.0 / (total * sqrt(total))
@@ -127,7 +127,7 @@ def gauss_map(a: Any, D: Any = 1.0) -> Correspondence:
 
 
 @gi.observable
-def new_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+def new_time(params, t, y, work):
     """dt₁/dt = α + ζ D(ω⃗, γ⃗); α and ζ are its own of the parameters."""
     w0, w1, w2 = diagonal_omega(params, y)
     own, D = section(params, DIAGONAL, "own"), section(params, DIAGONAL, "D")
@@ -171,13 +171,13 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
 
 
 @gi.observable
-def own_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+def own_time(params, t, y, work):
     """1: the times are the same."""
     return 1.0 + 0.0 * y[0]
 
 
 @gi.observable
-def squared_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+def squared_time(params, t, y, work):
     """D²."""
     D, _, _ = factors(params, len(y) // 2)
     return D[0] * D[0] + 0.0 * y[0]

@@ -15,8 +15,6 @@ from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import PARALLEL, Array
 from .symmetry import power_of_two
 
-__all__ = ["WithoutArea", "principal_moments", "without_area"]
-
 SMALLEST = 1e-12  # D₁/D: below it nothing but rounding is left of the difference of both balls
 
 

@@ -12,7 +12,6 @@ frequency, how many waves are regular and resonant, the constant −Σ Re(A e^{i
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any
 
 import geomint as gi
 from geomint import part, section
@@ -44,31 +43,31 @@ FOUR_PI = 12.566370614359172
 
 
 @gi.helper
-def clock_rows(ovals: int) -> Any:
+def clock_rows(ovals):
     """Return the layout of the clock's section."""
     return Clock(1, 1, 1, 1, 1, 1, bounds=ovals, waves=gi.REST)
 
 
 @gi.helper
-def wave_rows(ovals: int) -> Any:
+def wave_rows(ovals):
     """Return the layout of the numbers of a wave."""
     return Wave(m=ovals, rate=1, re=1, im=1, first=1)
 
 
 @gi.helper
-def product_rows(size: int) -> Any:
+def product_rows(size):
     """Return the layout of the parameters of `product_integral`: of points, and one table a column."""
     return Product(size=1, bound=1, counts=size, tables=gi.REST)
 
 
 @gi.helper
-def column_rows(size: int, bound: int, count: int) -> Any:
+def column_rows(size, bound, count):
     """Return the layout of a table: weights, and cosines and sines of multiples up to the bound."""
     return Column(weights=size * count, waves=2 * size * (bound + 1) * count)
 
 
 @gi.helper
-def clock_of(params: Any) -> Any:
+def clock_of(params):
     """Return the clock's section."""
     return section(params, torus_rows(params), "clock")
 
@@ -79,7 +78,7 @@ def clock_work(ovals: int, angles: int, bounds: int) -> int:
 
 
 @gi.helper
-def fill_waves(params: Any, phi: Any, tables: Any) -> None:
+def fill_waves(params, phi, tables):
     """Write cos and sin of mφ_k/period, m = 0 … the largest, direction after direction."""
     ovals, _, _, _ = torus_sizes(params)
     clock, rows, at = clock_of(params), clock_rows(ovals), 0
@@ -95,7 +94,7 @@ def fill_waves(params: Any, phi: Any, tables: Any) -> None:
 
 
 @gi.helper
-def wave(bounds: Any, mode: Any, tables: Any) -> Any:
+def wave(bounds, mode, tables):
     """Return cos and sin of m·φ for the wave whose m is `mode`."""
     cos, sin, at = 1.0, 0.0, 0
     for k in range(len(bounds)):
@@ -110,7 +109,7 @@ def wave(bounds: Any, mode: Any, tables: Any) -> Any:
 
 
 @gi.helper
-def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
+def clock_sums(params, tau, phi, tables):
     """Return t − Tτ and dt/dτ at τ, where the angles are φ."""
     ovals, _, _, _ = torus_sizes(params)
     clock, rows, parts = clock_of(params), clock_rows(ovals), wave_rows(ovals)
@@ -141,7 +140,7 @@ def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
 
 
 @gi.helper
-def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
+def solve_tau(params, t, phi, work):
     """Write the angles at physical time t; return τ and what is left, as an angle."""
     ovals, angles, _, _ = torus_sizes(params)
     turns, rows = section(params, torus_rows(params), "turns"), clock_rows(ovals)
@@ -178,7 +177,7 @@ def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
 
 
 @gi.field
-def time_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def time_at(params, t, x, out, work):
     """(τ) ↦ t."""
     ovals, angles, _, _ = torus_sizes(params)
     mean = section(clock_of(params), clock_rows(ovals), "mean")[0]
@@ -189,7 +188,7 @@ def time_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def tau_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def tau_at(params, t, x, out, work):
     """(t) ↦ τ, what is left of the iteration."""
     _, angles, _, _ = torus_sizes(params)
     out[0], out[1] = solve_tau(
@@ -198,7 +197,7 @@ def tau_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def at_time(params, t, x, out, work):
     """(t) ↦ state, what is left of the iterations."""
     _, angles, _, n = torus_sizes(params)
     phi, rest = part(work, 0, angles), part(work, angles, len(work) - angles)
@@ -207,7 +206,7 @@ def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def product_integral(params, t, x, out, work):
     """(m) ↦ det_jk Σ_i weight_kij cos(m·φ(θ_i)); the tables of `clock`."""
     size, bound = int(section(params, HEAD, "size")[0]), int(section(params, HEAD, "bound")[0])
     counts = section(params, product_rows(size), "counts")

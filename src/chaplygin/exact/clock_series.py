@@ -23,8 +23,6 @@ from .clock_functions import product_integral, product_rows
 from .packing import evaluated
 from .torus import Torus
 
-__all__ = ["product_clock"]
-
 COMPLETE = 2e-15  # of the mean, times the root of their number: nothing is missing from a series
 MOST_PATIENCE = 3
 MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|

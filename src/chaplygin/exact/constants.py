@@ -11,8 +11,6 @@ from ..manifold import Array
 from .symmetry import ReducedAxes
 from .whole_numbers import whole_over
 
-__all__ = ["Constants", "constants_of"]
-
 
 @dataclass(frozen=True)
 class Constants:

@@ -5,21 +5,17 @@ Dekker's and Knuth's exact sums and products; in blocks they lie side by side.
 
 from __future__ import annotations
 
-from typing import Any
-
 import geomint as gi
-
-__all__ = ["added", "inverse_root", "load", "negative", "times"]
 
 
 @gi.helper
-def load(block: Any, i: int) -> Any:
+def load(block, i):
     """Return the number i of a block."""
     return block[2 * i], block[2 * i + 1]
 
 
 @gi.helper
-def added(x: Any, y: Any) -> Any:
+def added(x, y):
     """Return x + y."""
     total, low = x[0] + y[0], x[1] + y[1]
     part, low_part = total - x[0], low - x[1]
@@ -32,13 +28,13 @@ def added(x: Any, y: Any) -> Any:
 
 
 @gi.helper
-def negative(x: Any) -> Any:
+def negative(x):
     """Return −x."""
     return -x[0], -x[1]
 
 
 @gi.helper
-def times(x: Any, y: Any) -> Any:
+def times(x, y):
     """Return xy."""
     product = x[0] * y[0]
     error = gi.fma(x[0], y[0], -product) + (x[0] * y[1] + x[1] * y[0])
@@ -47,7 +43,7 @@ def times(x: Any, y: Any) -> Any:
 
 
 @gi.helper
-def inverse_root(x: Any) -> Any:
+def inverse_root(x):
     """Return 1/√x, x > 0: two of Newton's steps, the second for the last bits."""
     y = (1.0 / gi.sqrt(x[0]), 0.0)
     for _ in range(2):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import geomint as gi
 from geomint import part
 
@@ -11,7 +9,7 @@ __all__ = ["determinant", "solve_in_place"]
 
 
 @gi.helper
-def to_triangle(size: int, matrix: Any, x: Any) -> Any:
+def to_triangle(size, matrix, x):
     """Eliminate below the diagonal, with partial pivoting; x, if it has rows, goes along.
 
     Returns the determinant.
@@ -45,7 +43,7 @@ def to_triangle(size: int, matrix: Any, x: Any) -> Any:
 
 
 @gi.helper
-def solve_in_place(size: int, matrix: Any, x: Any) -> None:
+def solve_in_place(size, matrix, x):
     """Solve matrix · solution = x; both are overwritten, x by the solution."""
     if size == 0:
         return
@@ -57,6 +55,6 @@ def solve_in_place(size: int, matrix: Any, x: Any) -> None:
 
 
 @gi.helper
-def determinant(size: int, matrix: Any) -> Any:
+def determinant(size, matrix):
     """Return the determinant; the matrix is overwritten."""
     return to_triangle(size, matrix, part(matrix, 0, 0))

@@ -13,8 +13,6 @@ import numpy as np
 
 from ..manifold import Array
 
-__all__ = ["Estimate"]
-
 SAFETY = 8.0  # of the estimated error, over what roundings do on the average
 MARGIN = 2.0  # over an error that is seen at one time
 

@@ -15,8 +15,6 @@ numbers of one sign, see `torus`.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 import geomint as gi
@@ -39,13 +37,13 @@ def state_rows(n: int) -> int:
 
 
 @gi.helper
-def beyond(gap: Any, below: Any, above: Any) -> Any:
+def beyond(gap, below, above):
     """Return λ − b, b not within the oval of λ, from the gap between both; see `Torus`."""
     return gap + below if gap > 0.0 else gap - above
 
 
 @gi.helper
-def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
+def fill_state(params, theta, psi, out, work):
     """Write (γ, p̃), or (γ, p) where the parameters say so, at θ and ψ."""
     ovals, _, axes, n = torus_sizes(params)
     rows = torus_rows(params)
@@ -120,7 +118,7 @@ def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
 
 
 @gi.helper
-def phases(params: Any, tau: Any, phi: Any) -> None:
+def phases(params, tau, phi):
     """Write φ₀ + ωτ modulo 4π, reduced as turns, in two parts."""
     rows = torus_rows(params)
     turns, low = section(params, rows, "turns"), section(params, rows, "turns_low")
@@ -133,7 +131,7 @@ def phases(params: Any, tau: Any, phi: Any) -> None:
 
 
 @gi.helper
-def state_at(params: Any, phi: Any, out: Any, work: Any) -> Any:
+def state_at(params, phi, out, work):
     """Write the state at linear angles (φ, Φ); return what is left of Newton's last step."""
     ovals, angles, _, _ = torus_sizes(params)
     theta, shift = part(work, 0, ovals), part(work, ovals, angles)
@@ -147,7 +145,7 @@ def state_at(params: Any, phi: Any, out: Any, work: Any) -> Any:
 
 
 @gi.field
-def at_tau(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def at_tau(params, t, x, out, work):
     """(τ) ↦ state, what is left of Newton's last step."""
     _, angles, _, n = torus_sizes(params)
     phi = part(work, 0, angles)
@@ -156,7 +154,7 @@ def at_tau(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def at_angles(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def at_angles(params, t, x, out, work):
     """(φ, Φ) ↦ state, what is left of Newton's last step."""
     _, _, _, n = torus_sizes(params)
     out[2 * n] = state_at(params, x, out, work)

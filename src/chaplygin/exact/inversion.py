@@ -5,8 +5,6 @@ The parameters are those of `packing`.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 import geomint as gi
@@ -24,7 +22,7 @@ WHOLE = 2.0**52  # numbers beyond are whole
 
 
 @gi.helper
-def whole_nearest(x: Any) -> Any:
+def whole_nearest(x):
     """Return the whole number next to x, of two the even one: adding 2⁵² drops the digits."""
     if abs(x) >= WHOLE:
         return x
@@ -32,7 +30,7 @@ def whole_nearest(x: Any) -> Any:
 
 
 @gi.helper
-def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
+def shift_sums(params, theta, shift, slopes):
     """Write Σ_k shift_k(θ_k) for all angles, and the matrix ∂φ/∂θ."""
     ovals, angles, _, _ = torus_sizes(params)
     rows, at = torus_rows(params), 0
@@ -54,7 +52,7 @@ def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
 
 
 @gi.helper
-def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
+def newton_steps(params, phi, theta, shift, work):
     """Improve θ by Newton's method; write the shifts there and return the size of the last step."""
     ovals, angles, _, _ = torus_sizes(params)
     slopes, step = part(work, 0, ovals * ovals), part(work, ovals * ovals, ovals)
@@ -76,7 +74,7 @@ def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> An
 
 
 @gi.helper
-def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
+def solve_theta(params, phi, theta, shift, work):
     """Write θ at φ, which winds as φ does, and the shifts there; return the last step's size.
 
     Newton's method from θ = φ. Next to separatrices the map is far from linear, and that may fail;

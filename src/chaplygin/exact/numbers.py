@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["MadeOfNumbers"]
-
 
 class MadeOfNumbers:
     """Equal to another one of its class whose attributes hold the same numbers; caches do not count."""

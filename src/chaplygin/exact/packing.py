@@ -32,7 +32,7 @@ MOST_CHECKED = 4096  # numbers
 
 
 @gi.helper
-def torus_sizes(params: Any) -> Any:
+def torus_sizes(params):
     """Return the numbers of ovals, angles, axes, and rows of γ."""
     ovals, angles = section(params, HEAD, "ovals")[0], section(params, HEAD, "angles")[0]
     axes, rows = section(params, HEAD, "axes")[0], section(params, HEAD, "rows")[0]
@@ -40,14 +40,14 @@ def torus_sizes(params: Any) -> Any:
 
 
 @gi.helper
-def torus_rows(params: Any) -> Any:
+def torus_rows(params):
     """Return the layout of the parameters, from the sizes among them."""
     ovals, angles, axes, rows = torus_sizes(params)
     return parts_of(ovals, angles, axes, rows, int(section(params, HEAD, "numbers")[0]))
 
 
 @gi.helper
-def parts_of(ovals: int, angles: int, axes: int, rows: int, numbers: int) -> Any:
+def parts_of(ovals, angles, axes, rows, numbers):
     """Return the layout of the parameters."""
     of_ovals = ovals, ovals * (2 * ovals - 1), ovals * axes, ovals * ovals, ovals
     of_axes = axes, axes, axes, axes, axes, axes, axes * rows, axes * rows

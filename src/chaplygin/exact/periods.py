@@ -10,7 +10,6 @@ import functools
 import math
 from collections import namedtuple
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,8 +20,6 @@ from ..manifold import Array
 from .branch_points import Separation
 from .double_double import added, inverse_root, load, negative, times
 from .whole_numbers import double_double, whole_over
-
-__all__ = ["Periods", "periods_of"]
 
 FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
 DECAY = 79.0  # e^−DECAY: to what the periods are computed
@@ -56,7 +53,7 @@ HEAD = Parts._make([*[1] * 3, *[0] * 5, gi.REST])
 
 
 @gi.helper
-def parts_of(ovals: int, axes: int, pairs: int) -> Any:
+def parts_of(ovals, axes, pairs):
     """Return the layout of the parameters."""
     gaps = 2 * ovals * (2 * ovals - 1), 2 * ovals * axes, 2 * ovals * ovals
     return Parts(1, 1, 1, pairs, 2, 2 * ovals, *gaps)
@@ -137,19 +134,19 @@ def _sine_squares(count: int) -> Array:
 
 
 @gi.helper
-def half(x: Any) -> Any:
+def half(x):
     """Return x/2."""
     return 0.5 * x[0], 0.5 * x[1]
 
 
 @gi.helper
-def beyond(gap: Any, below: Any, above: Any) -> Any:
+def beyond(gap, below, above):
     """Return λ − b, b not within the oval of λ, from the gap between both; see `Separation`."""
     return added(gap, below if math.copysign(1.0, gap[0]) > 0.0 else negative(above))
 
 
 @gi.field
-def differentials(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+def differentials(params, t, x, out, work):
     """(k, sin²(θ_k/2), cos²(θ_k/2)) ↦ −Π_{s≠j} (λ − m_s)/(4√Q), −P/(4(λ − α_g)²√Q)."""
     ovals, axes = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "axes")[0])
     pairs = int(section(params, HEAD, "pairs")[0])

@@ -21,8 +21,6 @@ from .periods import Periods
 from .separated_energy import SeparatedEnergy
 from .whole_numbers import double_double, eliminated, whole_of, whole_over
 
-__all__ = ["Rates", "rates_of"]
-
 INVERSE_4PI = 0x145F306DC9C882A53F84EAFA3EA69BB81B6C52B327887208, 192  # 1/4π over 2^192
 
 

@@ -13,8 +13,6 @@ import itertools
 
 from ..manifold import Array
 
-__all__ = ["real_roots"]
-
 BESIDE = 5  # the next distance over it: starts of the iteration, off the real axis
 ITERATIONS = 200
 CONVERGED = 10**18  # the next root's distance over a step: the next step would be over its cube

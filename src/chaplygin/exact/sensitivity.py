@@ -22,8 +22,6 @@ from .separated_energy import SeparatedEnergy
 from .symmetry import ReducedAxes
 from .torus import Torus, distances, products_without_one
 
-__all__ = ["frequency_gradients"]
-
 WIDEST = 1.5  # of strips: half of it is far enough from all that is singular
 FINENESS = 12.0  # points over 1/distance: e^−12 is far more exact than an estimate must be
 

@@ -20,8 +20,6 @@ from ..manifold import Array, skew_matrix
 from .numbers import MadeOfNumbers
 from .quadrature import finite_times
 
-__all__ = ["SteadyTurn"]
-
 ROUNDINGS = 4.0 * 2.0**-52
 
 

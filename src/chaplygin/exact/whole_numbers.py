@@ -17,8 +17,6 @@ import numpy as np
 
 from ..manifold import Array
 
-__all__ = ["double_double", "eliminated", "root_of_quotient", "whole_of", "whole_over"]
-
 BITS = 160  # of what is rounded: a double-double has 106, and a few are lost
 
 

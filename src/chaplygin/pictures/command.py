@@ -11,8 +11,6 @@ import click
 import geomint as gi
 from geomint.cli.options import paper_option, print_line, reproducing_command, say_report
 
-__all__ = ["exact"]
-
 ENDINGS = (".gif", ".html", ".mp4")
 FRAMES = 200
 FRAMES_PER_SECOND = 20.0

@@ -15,9 +15,9 @@ from geomint.report.pages import (
     Picture,
     data_uri,
     json_of,
-    paper_files,
     provenance_of,
     render,
+    report_files,
     write_files,
 )
 from geomint.report.paper import Paper, Table, scene_facts
@@ -30,16 +30,8 @@ if TYPE_CHECKING:
     from ..exact.flow import ExactFlow
     from ..exact.reconstruction import ContactPath
 
-__all__ = ["EXACT_FILES", "exact_record", "write_exact_report"]
 
-EXACT_FILES = (
-    "exact.csv",
-    "exact.html",
-    "exact.json",
-    "exact.png",
-    "exact.svg",
-    *paper_files("exact", csv=False),
-)
+EXACT_FILES = report_files("exact")
 WORDS = {
     "vertical": "The vertical γ on its sphere stays between curves λ = const.",
     "separation": "The separated coordinates run to and fro in their ovals.",

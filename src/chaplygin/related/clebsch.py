@@ -43,19 +43,19 @@ Clebsch = namedtuple("Clebsch", "sigma d c tables")
 
 
 @gi.helper
-def clebsch_rows(n: int) -> Any:
+def clebsch_rows(n):
     """Return the layout of the parameters: σ, d_i, c_ij, and the tables of the integrals."""
     return Clebsch(sigma=1, d=n, c=n * (n - 1) // 2, tables=gi.REST)
 
 
 @gi.helper
-def quadratic(params: Any, n: int) -> Any:
+def quadratic(params, n):
     """Return the blocks of d_i and c_ij."""
     return section(params, clebsch_rows(n), "d"), section(params, clebsch_rows(n), "c")
 
 
 @gi.field
-def neumann_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def neumann_field(params, t, y, out, work):
     """Write the flow of ½|m|² + ½(q, dq)."""
     n = len(y) // 2
     d, _ = quadratic(params, n)
@@ -68,7 +68,7 @@ def neumann_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def neumann_force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+def neumann_force(params, t, q, out, work):
     """Write dq, the gradient of ½(q, dq)."""
     d, _ = quadratic(params, len(q))
     for i in range(len(q)):
@@ -76,7 +76,7 @@ def neumann_force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def neumann_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+def neumann_gradients(params, t, q, p, dq, dp, work):
     """Both gradients of ½(p, p) + ½(q, dq)."""
     d, _ = quadratic(params, len(q))
     for i in range(len(q)):
@@ -89,7 +89,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
     """Return field, gradients and energy."""
 
     @gi.helper
-    def turned(c: Any, q: Any, v: Any, dq: Any, dv: Any) -> None:
+    def turned(c, q, v, dq, dv):
         """Write −Wq and −Wv."""
         for i in range(n):
             dq[i] = 0.0 * q[i]
@@ -104,7 +104,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
                 dv[j] = dv[j] + w * v[i]
                 at += 1
 
-    def clebsch_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def clebsch_field(params, t, y, out, work):
         q, v = gi.part(y, 0, n), gi.part(y, n, n)
         d, c = quadratic(params, n)
         turned(c, q, v, gi.part(out, 0, n), gi.part(out, n, n))
@@ -112,7 +112,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
         for i in range(n):
             out[n + i] = out[n + i] + (lam - d[i]) * q[i]
 
-    def clebsch_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    def clebsch_gradients(params, t, q, p, dq, dp, work):
         """Both gradients of H + ½(q, p)², whose hidden constraint is (q, p) = 0."""
         d, c = quadratic(params, n)
         turned(c, q, p, dp, dq)
@@ -121,7 +121,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
             dp[i] = dp[i] + qp * q[i]
             dq[i] = d[i] * q[i] + qp * p[i] - dq[i]
 
-    def clebsch_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def clebsch_energy(params, t, y, work):
         """Return H."""
         d, c = quadratic(params, n)
         total, at = 0.0 * y[0], 0
@@ -144,7 +144,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
 def neumann_integral(n: int, k: int) -> Any:
     """Return σ Σ d_i q_i² + Σ c_ij m_ij² with the weights of the k-th table."""
 
-    def neumann_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def neumann_coefficient(params, t, y, work):
         """Return a coefficient of the polynomial with s_i = σ q_i²."""
         rows = clebsch_rows(n)
         sigma = section(params, rows, "sigma")[0]

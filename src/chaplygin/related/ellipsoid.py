@@ -48,19 +48,19 @@ Parts = namedtuple("Parts", "b tables")
 
 
 @gi.helper
-def ellipsoid_rows(n: int) -> Any:
+def ellipsoid_rows(n):
     """Return the layout of the parameters: 1/a_i, and the tables of the integrals."""
     return Parts(b=n, tables=gi.REST)
 
 
 @gi.helper
-def inverse_squares(params: Any, n: int) -> Any:
+def inverse_squares(params, n):
     """Return the block of 1/a_i."""
     return section(params, ellipsoid_rows(n), "b")
 
 
 @gi.field
-def ellipsoid_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def ellipsoid_field(params, t, y, out, work):
     """Write the extended geodesic flow; y = (x, p)."""
     n = len(y) // 2
     b = inverse_squares(params, n)
@@ -79,7 +79,7 @@ def ellipsoid_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def ellipsoid_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+def ellipsoid_gradients(params, t, q, p, dq, dp, work):
     """Both gradients of ½(p, p)."""
     for i in range(len(q)):
         dq[i] = 0.0 * q[i]
@@ -87,7 +87,7 @@ def ellipsoid_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, w
 
 
 @gi.field
-def ellipsoid_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+def ellipsoid_constraint(params, q, g, G, work):
     """½((x, A⁻¹x) − 1) and its Jacobian A⁻¹x."""
     b = inverse_squares(params, len(q))
     g[0] = 0.5 * (weighted(len(q), b, q, q) - 1.0)
@@ -96,7 +96,7 @@ def ellipsoid_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None
 
 
 @gi.observable
-def ellipsoid_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def ellipsoid_energy(params, t, y, work):
     """H = ½(p, p)."""
     n = len(y) // 2
     p = part(y, n, n)
@@ -104,13 +104,13 @@ def ellipsoid_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def squared_normal(params: Any, t: Any, y: Any, work: Any) -> Any:
+def squared_normal(params, t, y, work):
     """N = |A⁻¹x|²: with dt = N dτ the squares of the coordinates are quotients of theta functions."""
     return normal_squared(params, y)
 
 
 @gi.helper
-def normal_squared(params: Any, y: Any) -> Any:
+def normal_squared(params, y):
     """Return N = |A⁻¹x|²."""
     b = inverse_squares(params, len(y) // 2)
     bx = b[0] * y[0]
@@ -122,7 +122,7 @@ def normal_squared(params: Any, y: Any) -> Any:
 
 
 @gi.observable
-def joachimsthal(params: Any, t: Any, y: Any, work: Any) -> Any:
+def joachimsthal(params, t, y, work):
     """J = (p, A⁻¹p)(A⁻¹x, A⁻¹x)."""
     n = len(y) // 2
     b = inverse_squares(params, n)
@@ -134,7 +134,7 @@ def joachimsthal(params: Any, t: Any, y: Any, work: Any) -> Any:
 def weighted_product(n: int, first: int, second: int) -> Any:
     """Return the observable (u, A⁻¹v) of the vectors from those rows on, less 1 if they are one."""
 
-    def weighted_vectors(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def weighted_vectors(params, t, y, work):
         b = inverse_squares(params, n)
         total = weighted(n, b, part(y, first, n), part(y, second, n))
         if first == second:
@@ -145,7 +145,7 @@ def weighted_product(n: int, first: int, second: int) -> Any:
 
 
 @gi.observable
-def ellipsoid_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+def ellipsoid_log_density(params, t, y, work):
     """Return log N, the symplectic volume by N δ(c) dx dp."""
     return log(normal_squared(params, y))
 
@@ -154,7 +154,7 @@ def ellipsoid_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
 def chasles_integral(n: int, k: int) -> Any:
     """Return Σ d_i p_i² + Σ c_ij m_ij² with the weights of the k-th table."""
 
-    def chasles_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def chasles_coefficient(params, t, y, work):
         """Return a coefficient of the polynomial with s_i = p_i²."""
         d, c = table(n, section(params, ellipsoid_rows(n), "tables"), k)
         total = weighted_minors(n, c, y)

@@ -61,7 +61,7 @@ def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
     apply_inertia = operator_applied(full, n)
     solve = bound_velocity(full, n, 1)
 
-    def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
+    def accelerate(params, gamma, w, out, work):
         momentum, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
         apply_inertia(section(params, rows, "inertia"), w, momentum)
@@ -79,24 +79,24 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
     dynamics = rubber_dynamics(full, n, rows)
     apply = operator_applied(full, n)
 
-    def total_of(params: Any) -> Any:
+    def total_of(params):
         """Return the block of the entries of I + D."""
         return section(section(params, rows, "bound"), BOUND, "inertia")
 
     total_inertia = gi.helper(total_of)
 
-    def rubber_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rubber_k(params, t, y, work):
         """K = |pr (I + D)ω|² = |((I + D)ω)γ|²."""
         moment, image = part(work, 0, size), part(work, size, n)
         apply(total_inertia(params), part(y, turning, size), moment)
         apply_to_gamma(n, moment, part(y, square - n, n), image)
         return inner(n, image, image)
 
-    def rubber_twist(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rubber_twist(params, t, y, work):
         """Return the length of the part of ω about the vertical."""
         return sqrt(about_vertical(n, part(y, turning, size), part(y, square - n, n), work))
 
-    def rubber_torque(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rubber_torque(params, t, y, work):
         """Return the length of (I + D)ω̇ − [Iω, ω], the torque that keeps the ball from twisting."""
         rate, left = part(work, 0, size), part(work, size, size)
         torque, rest = part(work, 2 * size, size), part(work, 3 * size, len(work) - 3 * size)
@@ -109,7 +109,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
             left[i] = left[i] - torque[i]
         return sqrt(about_vertical(n, left, part(y, square - n, n), rest))
 
-    def rubber_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def rubber_log_density(params, t, y, work):
         """Return ½ log det(pr (I + D)|_{R^n∧γ})."""
         rate, rest = part(work, 0, size), part(work, 2 * size, len(work) - 2 * size)
         w = part(y, turning, size)

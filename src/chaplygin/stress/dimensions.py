@@ -8,8 +8,6 @@ import geomint as gi
 
 from .standard import MOTIONS, QUICK, THREE, started
 
-__all__ = ["DIMENSION", "cases"]
-
 DIMENSION = gi.StressAxis("dimension", "dimensions", "n")
 
 _SMALL = (2, 3, 4, 5)

@@ -12,8 +12,6 @@ import geomint as gi
 from ..manifold import Array
 from .standard import MOTIONS, D, Motion, a_values, case_of, started
 
-__all__ = ["MOMENTUM", "PLANES", "cases"]
-
 MOMENTUM = gi.StressAxis("momentum", "small and large momenta", "|p|²")
 PLANES = gi.StressAxis("planes", "γ on axes and planes", "distance")
 

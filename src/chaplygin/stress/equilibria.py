@@ -19,8 +19,6 @@ from ..systems.rolling import ROLLING
 from ..systems.veselova import VESELOVA
 from .standard import MOTIONS, D, a_values, built, case_of, only
 
-__all__ = ["STEADY", "cases", "straight", "upright"]
-
 STEADY = gi.StressAxis("steady", "steady motions and fixed points", "distance")
 
 Build = Callable[[str, int, float], gi.Model]

@@ -23,8 +23,6 @@ from .standard import (
     momentum,
 )
 
-__all__ = ["BOUNDED", "EDGE", "EQUAL", "SPREAD", "cases"]
-
 EDGE = gi.StressAxis("edge", "a_i a_j → D", "1 − a_i a_j/D")
 SPREAD = gi.StressAxis("spread", "spread parameters", "largest/middle")
 EQUAL = gi.StressAxis("equal", "nearly equal a_i", "relative differences")

@@ -17,8 +17,6 @@ from ..systems.rolling import ROLLING
 from ..systems.rubber import RUBBER
 from .standard import built, direction
 
-__all__ = ["ROTATION", "cases"]
-
 ROTATION = gi.StressAxis("rotation", "rotations by nearly π and 2π in a step", "angle/π")
 
 _FEW = ("1−1e-04", "1−1e-12", "1", "2")  # angles of what turns as the ball does

@@ -18,22 +18,6 @@ from ..systems.rubber import RUBBER
 from ..systems.sphere import REDUCED
 from ..systems.veselova import VESELOVA
 
-__all__ = [
-    "MOTIONS",
-    "QUICK",
-    "THREE",
-    "D",
-    "Motion",
-    "a_values",
-    "built",
-    "case_of",
-    "direction",
-    "momentum",
-    "only",
-    "representations",
-    "started",
-]
-
 D = 4.0
 QUICK = ("reduced",)  # representations of quick runs, n = 3
 

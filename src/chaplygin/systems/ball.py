@@ -20,8 +20,6 @@ from .parameters import (
     Weight,
 )
 
-__all__ = ["BALL", "GROUP", "HOMOGENEOUS", "POISSON", "AnyBall"]
-
 
 class AnyBall(Weight):
     """A ball: one of a, inertia, moments, J; and D, or m and rho.

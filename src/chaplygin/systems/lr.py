@@ -9,8 +9,6 @@ from ..rigid_body import warn_of_mass_tensor
 from ..veselova.body import VeselovaLR
 from .parameters import Matrix, Numbers, Strict, default_of
 
-__all__ = ["LR"]
-
 
 class LRParameters(Strict):
     """A body: one of a, inertia (entries or matrix on so(n)), J (mass tensor); and r.

@@ -15,8 +15,6 @@ from ..initial_states import initial_momentum, initial_tangent, momentum_free
 from ..manifold import Array, flat_triangle, skew_matrix, vector_of_triangle, wedge
 from .reductions import TANGENT, equal_axes, momentum_lift, tangent_reductions
 
-__all__ = ["ball_model", "spatial_momentum", "sphere_model"]
-
 Problems = dict[str, gi.Problem]
 
 

@@ -10,22 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 import geomint as gi
 
-__all__ = [
-    "Dimension",
-    "Direction",
-    "Initial",
-    "Matrix",
-    "Moments",
-    "Number",
-    "Numbers",
-    "Placed",
-    "Strict",
-    "Weight",
-    "default_of",
-    "keys_of",
-    "system_of",
-]
-
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Numbers = list[Number]
 Matrix = list[Numbers]

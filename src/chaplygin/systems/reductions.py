@@ -19,8 +19,6 @@ import geomint as gi
 
 from ..manifold import Array, length, wedge
 
-__all__ = ["equal_axes", "tangent_reductions"]
-
 SAME = ("energy", "K", "norm", "tangency")  # the others depend on n, or on the axes
 TANGENT = ("reduced", "hamiltonized")
 

@@ -6,8 +6,6 @@ from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem
 from .parameters import Number, Numbers, Strict, default_of, keys_of, system_of
 
-__all__ = ["CLEBSCH", "ELLIPSOID", "NEUMANN"]
-
 EllipsoidKeys = keys_of(ellipsoid_problem, __name__, "EllipsoidKeys", a=Numbers)
 NeumannKeys = keys_of(neumann_problem, __name__, "NeumannKeys", a=Numbers)
 STRENGTH = (Number, default_of(neumann_problem, "strength"))

@@ -12,8 +12,6 @@ from .ball import AnyBall
 from .models import ball_model, spatial_momentum
 from .parameters import Numbers, Placed
 
-__all__ = ["ROLLING"]
-
 
 class RollingParameters(AnyBall):
     """A ball; without `multipliers` the scene's own problem is (k, γ, g, r), not (g, r, ω, v)."""

@@ -8,8 +8,6 @@ from ..ball.rolling_states import initial_attitude
 from ..rubber.sphere import RubberSphere
 from .parameters import Matrix, Moments, Numbers, Placed, Weight
 
-__all__ = ["RUBBER"]
-
 
 class RubberParameters(Weight):
     """A ball: one of a, inertia, moments; and D, or m and rho.

@@ -11,9 +11,6 @@ from .ball import AnyBall
 from .models import sphere_model
 from .parameters import Initial, Numbers, Strict, keys_of
 
-__all__ = ["HAMILTONIZED", "REDUCED"]
-
-
 SpecialKeys = keys_of(SpecialInertia, __name__, "SpecialKeys", a=Numbers)
 
 

@@ -15,8 +15,6 @@ from ..veselova.initial_states import veselova_tangent
 from .parameters import Direction, Matrix, Number, Numbers, Strict, default_of
 from .reductions import equal_axes
 
-__all__ = ["VESELOVA"]
-
 
 class VeselovaParameters(Strict):
     """A body: a, or at n = 3 its principal moments of inertia.

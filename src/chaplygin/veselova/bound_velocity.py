@@ -106,7 +106,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
 
     filled = gi.helper(fill if full else fill_diagonal)
 
-    def velocity(params: Any, k: Any, x: Any, w: Any, work: Any) -> None:
+    def velocity(params, k, x, w, work):
         z, matrix = part(work, 0, rows), part(work, rows, rows * rows)
         rest = part(work, rows + rows * rows, len(work) - rows - rows * rows)
         filled(section(params, BOUND, "inertia"), x, matrix, rest)
@@ -138,7 +138,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
 
 
 @gi.helper
-def log_determinant(rows: int, work: Any) -> Any:
+def log_determinant(rows, work):
     """Return the logarithm of the determinant from the scratch of `bound_velocity`, rows = nr."""
     total = log(work[rows])
     for i in range(1, rows):

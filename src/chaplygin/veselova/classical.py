@@ -31,7 +31,7 @@ import geomint as gi
 from geomint import log, section
 from geomint.problems.spaces.conditions import written
 
-from ..ball.classical import VECTORS, classical_area, classical_k, turn
+from ..ball.classical import VECTORS, classical_area, classical_k, turning_vectors
 from ..exact.motions import exact_body
 from ..initial_states import TANGENT, one_of
 from ..literature import VESELOVA
@@ -45,7 +45,7 @@ LEVEL = Level(B=3, f1=1)  # the layout of the parameters: 1/𝓘_i and f₁
 
 
 @gi.helper
-def angular_velocity(params: Any, y: Any) -> Any:
+def angular_velocity(params, y):
     """Return w⃗ and m; y = (k⃗, γ⃗)."""
     b = section(params, LEVEL, "B")
     b0, b1, b2 = b[0], b[1], b[2]
@@ -61,24 +61,18 @@ def angular_velocity(params: Any, y: Any) -> Any:
     return w0, w1, w2, (kg - gbk) * r
 
 
-@gi.field
-def veselova_vectors_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eq. (3.2)."""
+@gi.helper
+def velocity(params, y):
+    """Return w⃗."""
     w0, w1, w2, _ = angular_velocity(params, y)
-    turn(w0, w1, w2, y, out)
+    return w0, w1, w2
 
 
-@gi.field
-def veselova_vectors_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ξ = −w⃗: both vectors of the state have v̇ = ξ × v."""
-    w0, w1, w2, _ = angular_velocity(params, y)
-    out[0] = -w0
-    out[1] = -w1
-    out[2] = -w2
+veselova_vectors_field, veselova_vectors_generator = turning_vectors(velocity)  # eq. (3.2)
 
 
 @gi.observable
-def veselova_vectors_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def veselova_vectors_energy(params, t, y, work):
     """f_3 = ½(k⃗, w⃗) − ½(k⃗, γ⃗)(𝓘⁰w⃗, γ⃗), eq. (ints); ½(𝓘w⃗, w⃗) at f₁ = 0."""
     w0, w1, w2, m = angular_velocity(params, y)
     area = y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
@@ -86,13 +80,13 @@ def veselova_vectors_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def veselova_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
+def veselova_constraint(params, t, y, work):
     """(w⃗, γ⃗) − f₁ = (k⃗, γ⃗) − f₁, eq. (classical)."""
     return classical_area(params, t, y, work) - section(params, LEVEL, "f1")[0]
 
 
 @gi.observable
-def veselova_vectors_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+def veselova_vectors_log_density(params, t, y, work):
     """Return −½ log(γ⃗, Bγ⃗)."""
     b = section(params, LEVEL, "B")
     w = b[0] * y[3] * y[3] + b[1] * y[4] * y[4] + b[2] * y[5] * y[5]

@@ -31,7 +31,7 @@ SPACE = gi.Sphere(3) * gi.Euclidean(3, "w")
 
 
 @gi.helper
-def rates(params: Any, y: Any) -> Any:
+def rates(params, y):
     """Return dw⃗/dt and λ; y = (γ⃗, w⃗)."""
     b = section(params, LEVEL, "B")
     b0, b1, b2 = b[0], b[1], b[2]
@@ -44,7 +44,7 @@ def rates(params: Any, y: Any) -> Any:
 
 
 @gi.field
-def multiplier_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def multiplier_field(params, t, y, out, work):
     """Eqs. (3.1), (la)."""
     a0, a1, a2, _ = rates(params, y)
     out[0] = y[1] * y[5] - y[2] * y[4]
@@ -56,7 +56,7 @@ def multiplier_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def multiplier_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def multiplier_generator(params, t, y, out, work):
     """ξ = (−w, dw⃗/dt), the first as a flat triangle."""
     a0, a1, a2, _ = rates(params, y)
     out[0] = 1.0 * y[5]
@@ -68,7 +68,7 @@ def multiplier_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> No
 
 
 @gi.helper
-def momentum(params: Any, y: Any) -> Any:
+def momentum(params, y):
     """Return K⃗ and (𝓘⁰w⃗, γ⃗)."""
     w0, w1, w2 = y[3], y[4], y[5]
     b = section(params, LEVEL, "B")
@@ -78,7 +78,7 @@ def momentum(params: Any, y: Any) -> Any:
 
 
 @gi.observable
-def multiplier_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def multiplier_energy(params, t, y, work):
     """f_3 = ½(K⃗, w⃗) − ½(K⃗, γ⃗)(𝓘⁰w⃗, γ⃗), eq. (ints); ½(𝓘w⃗, w⃗) at f₁ = 0."""
     k0, k1, k2, s = momentum(params, y)
     area = k0 * y[0] + k1 * y[1] + k2 * y[2]
@@ -86,27 +86,27 @@ def multiplier_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def multiplier_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+def multiplier_k(params, t, y, work):
     """f_4 = (K⃗, K⃗), eq. (ints)."""
     k0, k1, k2, _ = momentum(params, y)
     return k0 * k0 + k1 * k1 + k2 * k2
 
 
 @gi.observable
-def multiplier_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
+def multiplier_constraint(params, t, y, work):
     """(w⃗, γ⃗) − f₁, eq. (classical)."""
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5] - section(params, LEVEL, "f1")[0]
 
 
 @gi.observable
-def multiplier(params: Any, t: Any, y: Any, work: Any) -> Any:
+def multiplier(params, t, y, work):
     """λ, eq. (la)."""
     _, _, _, lam = rates(params, y)
     return lam
 
 
 @gi.observable
-def multiplier_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+def multiplier_log_density(params, t, y, work):
     """Return ½ log(γ⃗, 𝓘⁻¹γ⃗)."""
     b = section(params, LEVEL, "B")
     total = b[0] * y[0] * y[0] + b[1] * y[1] * y[1] + b[2] * y[2] * y[2]

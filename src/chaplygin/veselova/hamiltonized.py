@@ -34,7 +34,7 @@ __all__ = ["veselova_hamiltonized_problem"]
 
 
 @gi.field
-def geodesic_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def geodesic_field(params, t, y, out, work):
     """Write the flow of 𝓗; y = (γ, p̃)."""
     n = len(y) // 2
     D, _, a = factors(params, n)
@@ -61,7 +61,7 @@ def geodesic_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.observable
-def geodesic_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def geodesic_energy(params, t, y, work):
     """𝓗 = ½D² (p̃, Ap̃), eq. (ham:ves)."""
     n = len(y) // 2
     D, _, a = factors(params, n)
@@ -70,7 +70,7 @@ def geodesic_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.field
-def geodesic_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+def geodesic_gradients(params, t, q, p, dq, dp, work):
     """Both gradients of 𝓗̃ = 𝓗 − D² (γ, p̃)(γ, Ap̃)."""
     n = len(q)
     D, _, a = factors(params, n)

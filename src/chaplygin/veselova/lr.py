@@ -29,7 +29,7 @@ import geomint as gi
 from geomint import part, section, sqrt
 
 from ..ball.angular_velocity import apply_to_gamma
-from ..ball.fields import turn
+from ..ball.fields import opposite, turn, turn_vectors
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..initial_states import one_of
 from ..integrable import inner
@@ -52,7 +52,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     solve = bound_velocity(full, n, r)
     apply = operator_applied(full, n)
 
-    def accelerate(params: Any, y: Any, out: Any, work: Any) -> Any:
+    def accelerate(params, y, out, work):
         """Write ẇ, and return blocks ([𝓘w, w], scratch of the solve)."""
         moment, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
@@ -64,7 +64,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
 
     accelerated = gi.helper(accelerate)
 
-    def react(params: Any, y: Any, work: Any) -> Any:
+    def react(params, y, work):
         """Return the block 𝓘ẇ − [𝓘w, w], a flat triangle, and scratch."""
         rate, left = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
@@ -76,50 +76,46 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
 
     reacted = gi.helper(react)
 
-    def lr_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def lr_field(params, t, y, out, work):
         """Eqs. (PoissonV), (VFK)."""
         w = part(y, square, size)
-        for row in range(0, square, n):
-            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
-            for i in range(row, row + n):
-                out[i] = -out[i]
+        turn_vectors(n, w, part(y, 0, square), part(out, 0, square), work)
         accelerated(params, y, part(out, square, size), work)
 
-    def lr_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def lr_generator(params, t, y, out, work):
         """ξ = (−w, ẇ)."""
-        for i in range(size):
-            out[i] = -y[square + i]
+        opposite(size, part(y, square, size), out)
         accelerated(params, y, part(out, size, size), work)
 
-    def lr_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def lr_energy(params, t, y, work):
         """½⟨𝓘w, w⟩."""
         w, moment = part(y, square, size), part(work, 0, size)
         apply(section(params, BOUND, "inertia"), w, moment)
         return 0.5 * inner(size, moment, w)
 
-    def lr_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def lr_log_density(params, t, y, work):
         """Return ½ log det(pr_𝔡 𝓘|_𝔡)."""
         _, rest = accelerated(params, y, part(work, 0, size), part(work, size, len(work) - size))
         return 0.5 * log_determinant(rows, rest)
 
     def component(p: int, q: int) -> Any:
-        def multiplier(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def multiplier(params, t, y, work):
             left, rest = reacted(params, y, work)
             return in_plane(n, left, part(y, p * n, n), part(y, q * n, n), rest)
 
         return gi.observable(multiplier)
 
-    def multiplier_size(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def multiplier_size(params, t, y, work):
         """Return the length of Σ λ_pq e_p∧e_q."""
         left, rest = reacted(params, y, work)
         return size_in_planes(n, r, left, part(y, 0, square), rest)
 
-    def forbidden(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def forbidden(params, t, y, work):
         """Return the length of the part of w that the constraint forbids, eq. (VC)."""
         return size_in_planes(n, r, part(y, square, size), part(y, 0, square), work)
 
     def momentum(i: int, j: int) -> Any:
-        def spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def spatial_momentum(params, t, y, work):
             moment, rest = part(work, 0, size), part(work, size, n)
             apply(section(params, BOUND, "inertia"), part(y, square, size), moment)
             return in_plane(n, moment, part(y, i * n, n), part(y, j * n, n), rest)
@@ -145,7 +141,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
 
 
 @gi.helper
-def in_plane(n: int, triangle: Any, u: Any, v: Any, work: Any) -> Any:
+def in_plane(n, triangle, u, v, work):
     """Return ⟨X, u∧v⟩ = (u, Xv)."""
     image = part(work, 0, n)
     apply_to_gamma(n, triangle, v, image)
@@ -153,7 +149,7 @@ def in_plane(n: int, triangle: Any, u: Any, v: Any, work: Any) -> Any:
 
 
 @gi.helper
-def size_in_planes(n: int, r: int, triangle: Any, g: Any, work: Any) -> Any:
+def size_in_planes(n, r, triangle, g, work):
     """Return the square root of the sum of all ⟨X, e_p∧e_q⟩², r < p < q."""
     total = 0.0 * triangle[0]
     for p in range(r, n):
@@ -169,7 +165,7 @@ def lr_conditions(n: int, r: int) -> Any:
     rotation, square = gi.Rotations(n).manifold_at(0), n * n
     size, first = n * (n - 1) // 2, n * (n + 1) // 2
 
-    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def conditions(params, t, y, out, work):
         rotation(params, t, y, out, work)
         at = first
         w = part(y, square, size)

@@ -37,7 +37,7 @@ __all__ = ["veselova_reduced_problem"]
 
 
 @gi.field
-def veselova_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def veselova_field(params, t, y, out, work):
     """γ̇ = −wγ, ṗ = −wp; y = (γ, p)."""
     n = len(y) // 2
     _, b, a = factors(params, n)
@@ -63,7 +63,7 @@ def veselova_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @gi.field
-def veselova_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def veselova_generator(params, t, y, out, work):
     """ξ = −w = Aq∧γ/U."""
     n = len(y) // 2
     _, b, a = factors(params, n)
@@ -79,7 +79,7 @@ def veselova_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
 
 
 @gi.observable
-def veselova_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def veselova_energy(params, t, y, work):
     """½⟨𝓘w, w⟩ = ½⟨k, w⟩ = (q, Aq)/(2U), which is (p, Ap)/(2U) on T*S^(n−1)."""
     n = len(y) // 2
     _, b, a = factors(params, n)

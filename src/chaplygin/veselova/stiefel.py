@@ -27,9 +27,8 @@ from geomint import part
 from geomint.arguments import whole
 from geomint.problems.spaces.sphere import product
 
-from ..ball.angular_velocity import apply_to_gamma
+from ..ball.fields import BallForms, turn_vectors, turning_forms
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
-from ..integrable import inner
 from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
@@ -39,12 +38,12 @@ __all__ = ["stiefel_problem"]
 
 
 @functools.cache
-def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
-    """Return field, generator, energy, K and log of the density; y = (X, P), vector by vector."""
+def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
+    """Return the functions of eq. (dot_P), and K; y = (X, P), vector by vector."""
     size, rows = n * (n - 1) // 2, n * r
     solve = bound_velocity(full, n, r)
 
-    def turning(params: Any, y: Any, work: Any) -> Any:
+    def turning(params, y, work):
         """Return blocks (k, w, scratch of the solve)."""
         k, w = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
@@ -59,33 +58,11 @@ def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         solve(params, k, part(y, 0, rows), w, rest)
         return k, w, rest
 
-    turned = gi.helper(turning)
-
-    def stiefel_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """Eq. (dot_P)."""
-        _, w, _ = turned(params, y, work)
-        for first in range(0, 2 * rows, n):
-            apply_to_gamma(n, w, part(y, first, n), part(out, first, n))
-            for i in range(first, first + n):
-                out[i] = -out[i]
-
-    def stiefel_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """ξ = −w."""
-        _, w, _ = turned(params, y, work)
-        for i in range(size):
-            out[i] = -w[i]
-
-    def stiefel_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """½⟨k, w⟩ = ½⟨𝓘w, w⟩."""
-        k, w, _ = turned(params, y, work)
-        return 0.5 * inner(size, k, w)
-
-    def stiefel_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def stiefel_density(params, y, rest):
         """Return −½ log det(pr_𝔡 𝓘|_𝔡)."""
-        _, _, rest = turned(params, y, work)
         return -0.5 * log_determinant(rows, rest)
 
-    def stiefel_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def stiefel_k(params, t, y, work):
         """K = ⟨k, k⟩."""
         total = 0.0 * y[0]
         for i in range(n):
@@ -96,13 +73,8 @@ def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
                 total += entry * entry
         return total
 
-    return {
-        "field": gi.field(stiefel_field),
-        "generator": gi.field(stiefel_generator),
-        "energy": gi.observable(stiefel_energy),
-        "K": gi.observable(stiefel_k),
-        "log_density": gi.observable(stiefel_log_density),
-    }
+    forms = turning_forms(n, turn_vectors, gi.helper(turning), gi.helper(stiefel_density))
+    return forms, gi.observable(stiefel_k)
 
 
 def integrals(n: int, r: int) -> dict[str, Any]:
@@ -142,7 +114,7 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
     count = frame_count(r, n)
     rows = n * count
     full, params = bound_parameters(inertia)
-    forms = stiefel_forms(full, n, count)
+    forms, k_squared = stiefel_forms(full, n, count)
     space = gi.TangentStiefel(n, count) if count > 1 else gi.TangentSphere(n)
 
     def make_state(**components: Any) -> Array:
@@ -165,11 +137,11 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
         ),
         space=space,
         params=params,
-        field=forms["field"],
-        action=space.action(forms["generator"]),
+        field=forms.field,
+        action=space.action(forms.generator),
         work=n * (n - 1) + bound_work(n, count),
-        invariants={"energy": forms["energy"], "K": forms["K"], **integrals(n, count)},
-        measure=gi.Measure(forms["log_density"]),
+        invariants={"energy": forms.energy, "K": k_squared, **integrals(n, count)},
+        measure=gi.Measure(forms.log_density),
         make_state=make_state,
         make_random=make_random,
         physical=physical,

@@ -7,33 +7,18 @@ from typing import Any
 
 import click
 
+from . import options
 from .meanwhile import import_meanwhile
-from .options import (
-    chosen_scene,
-    debug_option,
-    end_options,
-    exit_code,
-    folder_option,
-    paper_option,
-    partly,
-    print_failure,
-    print_notes,
-    reproducing_command,
-    say_report,
-    scene_choice,
-)
-
-__all__ = ["command"]
 
 
 @click.command("chaos")
-@scene_choice
-@end_options
+@options.scene_choice
+@options.end_options
 @click.option("--count", type=click.IntRange(min=1), help="Exponents, the largest; else all.")
-@folder_option("chaos", "chaos.html, chaos.csv, chaos.json, chaos.png and chaos.svg")
-@paper_option
+@options.folder_option("chaos", "chaos.html, chaos.csv, chaos.json, chaos.png and chaos.svg")
+@options.paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
-@debug_option
+@options.debug_option
 def command(
     scene: str, count: int | None, out: Path, paper: bool, quiet: bool, **changes: Any
 ) -> int:
@@ -47,9 +32,9 @@ def command(
     from ..run.exponents import Lyapunov
     from ..run.files.outputs import check_folder
 
-    chosen = chosen_scene(scene, drift=True, **changes)
+    chosen = options.chosen_scene(scene, drift=True, **changes)
     plan = plan_chaos(chosen, count)
-    print_notes(chosen)
+    options.print_notes(chosen)
     check_folder(out, CHAOS_FILES)
     try:
         import_meanwhile("chaos_page", at_once=True)
@@ -57,14 +42,14 @@ def command(
     except StepError as error:
         if not isinstance(error.partial, Lyapunov) or not len(error.partial.t):
             raise
-        print_failure(error)
+        options.print_failure(error)
         found = error.partial
 
     from ..report.chaos_page import chaos_lines, chaos_record, write_chaos_report
 
-    page = write_chaos_report(plan, found, out, reproducing_command(), paper)
+    page = write_chaos_report(plan, found, out, options.reproducing_command(), paper)
     if not quiet:
         for line in chaos_lines(chosen.title, chaos_record(plan, found, None)):
             click.echo(printable(line))
-        say_report(f"report{partly(found.status)}", page, paper)
-    return exit_code(found.status)
+        options.say_report(f"report{options.partly(found.status)}", page, paper)
+    return options.exit_code(found.status)

@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import (
-    chosen_scene,
-    methods_of,
-    methods_option,
-    patience,
-    print_notes,
-    scene_options,
-)
+from . import options
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,14 +15,13 @@ if TYPE_CHECKING:
     from ..plan import Plan
     from ..scene import Scene
 
-__all__ = ["command"]
 
 WIDE = 90  # columns: with fewer, three of words would be too narrow to read
 
 
 @click.command("check")
-@scene_options
-@methods_option
+@options.scene_options
+@options.methods_option
 @click.option("--for-drift", is_flag=True, help="Plan for `geomint drift`, not `geomint run`.")
 def command(
     scene: str,
@@ -52,14 +44,14 @@ def command(
     from ..problems.declared import claims_kept
 
     for_drift = for_drift or methods is not None
-    chosen = chosen_scene(scene, for_drift, **changes)
-    with patience("planning"):
+    chosen = options.chosen_scene(scene, for_drift, **changes)
+    with options.patience("planning"):
         plans: dict[str, Plan | str] = {}
         if for_drift:
-            plans = expected_plans(chosen, methods_of(chosen, methods, changes), costs=True)
+            plans = expected_plans(chosen, options.methods_of(chosen, methods, changes), costs=True)
         else:
             plans[""] = make_plan(chosen, costs=True)
-    print_notes(chosen, [text for _, _, text in claims_kept(chosen.problem, chosen.state)])
+    options.print_notes(chosen, [text for _, _, text in claims_kept(chosen.problem, chosen.state)])
     console = Console()
     console.print(Text(printable(chosen.title), style="bold"))
     if chosen.content.description:
@@ -84,7 +76,7 @@ def _print_plan(console: Console, scene: Scene, plan: Plan | str) -> None:
     if scene.content.time.tau_end is not None and plan.scene.content.time.tau_end is None:
         why = "estimated by the rate at the start; the run goes where the scene's τ leads"
         rows.append(("end", Text(f"about t = {plan.scene.content.time.t_end:.4g}"), Text(why)))
-    with patience("timing"):
+    with options.patience("timing"):
         time = estimate(plan)
     why = "by a trial of the first steps" if time.measured else "by the sizes, a generous bound"
     rows.append(("time", Text(str(time)), Text(why)))

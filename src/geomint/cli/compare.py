@@ -9,37 +9,20 @@ from typing import Literal
 
 import click
 
-from .options import (
-    check_time,
-    chosen_scene,
-    debug_option,
-    exit_code,
-    folder_option,
-    list_option,
-    paper_option,
-    partly,
-    print_message,
-    print_notes,
-    reproducing_command,
-    say_report,
-    t_end_option,
-    yes_option,
-)
-
-__all__ = ["command"]
+from . import options
 
 
 @click.command("compare")
 @click.argument("scene")
-@list_option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
+@options.list_option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
 @click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
 @click.option(
     "--repeats",
     type=click.IntRange(min=1),
     help="Timed runs of each point; default: 3, or fewer where they have taken a second.",
 )
-@folder_option("report", "compare.html, compare.json and the plots")
-@paper_option
+@options.folder_option("report", "compare.html, compare.json and the plots")
+@options.paper_option
 @click.option(
     "--reference",
     type=click.Choice(["auto", "extended", "exact"]),
@@ -50,13 +33,13 @@ __all__ = ["command"]
     is_flag=True,
     help="Run integrators of other packages too, those that are installed and can state the problem.",
 )
-@t_end_option
+@options.t_end_option
 @click.option(
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
 )
-@yes_option
+@options.yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
-@debug_option
+@options.debug_option
 def command(
     scene: str,
     methods: list[str] | None,
@@ -75,17 +58,15 @@ def command(
 
     The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
-    from ..compare.duration import comparison_time
-    from ..compare.of_scene import compare_scene
+    from ..compare.of_scene import compare_scene, comparison_time, warming
     from ..compare.peers import PEERS
-    from ..compare.warm import warming
     from ..kernels.compiling.beside import compiled_beside
     from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, write_compare_report
     from ..report.summary import print_comparison
     from ..run.files.outputs import check_folder
 
-    chosen = chosen_scene(scene).for_compare()
+    chosen = options.chosen_scene(scene).for_compare()
     if t_end is not None or tau_end is not None:
         chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare
@@ -93,8 +74,8 @@ def command(
     given = section.steps if steps is None else _numbers(steps)
     repeats = repeats or section.repeats
     reference = reference or section.reference or "auto"
-    print_notes(chosen)
-    check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
+    options.print_notes(chosen)
+    options.check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
     check_folder(out, COMPARE_FILES)
     at = [""]
 
@@ -109,16 +90,16 @@ def command(
 
         others = PEERS if peers else ()
         result = compare_scene(chosen, names, given, repeats, reference, others, report)
-    write_compare_report(result, chosen, out, reproducing_command(), paper)
+    write_compare_report(result, chosen, out, options.reproducing_command(), paper)
     for method, status in result.without_result.items():
-        print_message(f"{method}: no result: {status}")
+        options.print_message(f"{method}: no result: {status}")
     if not quiet:
         print_comparison(result, chosen)
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")
-        say_report(f"report{partly(result.status)}", out / "compare.html", paper)
+        options.say_report(f"report{options.partly(result.status)}", out / "compare.html", paper)
     if result.without_result and result.status == "success":
-        return exit_code("failed")
-    return exit_code(result.status)
+        return options.exit_code("failed")
+    return options.exit_code(result.status)
 
 
 @contextmanager

@@ -21,8 +21,6 @@ from .options import exit_code, print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
 
-__all__ = ["main"]
-
 # What --help shows; each command lives in the module of this package of its name.
 COMMANDS = {
     "scenes": "List the built-in scenes.",

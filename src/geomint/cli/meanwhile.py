@@ -9,8 +9,6 @@ import threading
 
 from ..run.progress import WHEN_RUNNING
 
-__all__ = ["import_meanwhile"]
-
 SWITCH = 2e-4  # seconds
 
 _DRAWING = (

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
 
     from ..methods.method import Method
 
-__all__ = ["command"]
 
 NAME, WIDE = 39, 110  # columns: of the longest name, and of a terminal with room for more
 

@@ -6,8 +6,6 @@ import ast
 from importlib.util import find_spec
 from pathlib import Path
 
-__all__ = ["summary"]
-
 
 def summary(module: str, function: str) -> str:
     """Return the first line of a function's docstring, read from the source of its module.

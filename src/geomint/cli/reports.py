@@ -16,8 +16,6 @@ from ..run.files.outputs import check_folder
 from ..run.section import Section
 from ..scene import Scene, load_scene
 
-__all__ = ["chaos_report", "drift_report", "scan_report", "section_report"]
-
 Given = str | PathLike[str] | Mapping[str, Any] | Scene
 
 

@@ -7,30 +7,17 @@ from typing import Any
 
 import click
 
-from .options import (
-    check_time,
-    chosen_scene,
-    exit_code,
-    partly,
-    print_notes,
-    reproducing_command,
-    say,
-    scene_options,
-    tell_failure,
-    yes_option,
-)
-
-__all__ = ["command"]
+from . import options
 
 
 @click.command("run")
-@scene_options
+@options.scene_options
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
     help="NetCDF file to write; by default named after the scene.",
 )
-@yes_option
+@options.yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
     scene: str,
@@ -42,17 +29,17 @@ def command(
     """Integrate a scene and write states and drifts to a NetCDF file."""
     from ..run.files.outputs import check_file
 
-    chosen = chosen_scene(scene, **changes)
+    chosen = options.chosen_scene(scene, **changes)
 
     from ..plan import expected_time, make_plan, run_plan
 
     plan = make_plan(chosen)
     out = out or Path(f"{chosen.name}.nc")
-    print_notes(chosen)
-    check_time(lambda: expected_time([plan]), yes)
+    options.print_notes(chosen)
+    options.check_time(lambda: expected_time([plan]), yes)
     check_file(out)
     result = run_plan(plan, not quiet)
-    tell_failure(result[0])
+    options.tell_failure(result[0])
     solution = result[0].solution
     assert solution is not None
 
@@ -60,11 +47,11 @@ def command(
     from ..run.storage import save_solution
     from ..scene.provenance import scene_record
 
-    provenance = {**scene_record(chosen, reproducing_command()), **run_record(solution)}
+    provenance = {**scene_record(chosen, options.reproducing_command()), **run_record(solution)}
     save_solution(solution, out, provenance)
     if not quiet:
         from ..report.summary import print_runs
 
         print_runs(result)
-        say(f"written{partly(result.status)}", out)
-    return exit_code(result.status)
+        options.say(f"written{options.partly(result.status)}", out)
+    return options.exit_code(result.status)

@@ -7,25 +7,8 @@ from typing import Any
 
 import click
 
+from . import options
 from .meanwhile import import_meanwhile
-from .options import (
-    chosen_scene,
-    debug_option,
-    end_options,
-    exit_code,
-    folder_option,
-    list_option,
-    paper_option,
-    partly,
-    print_message,
-    print_notes,
-    reproducing_command,
-    say_report,
-    scene_choice,
-    taken,
-)
-
-__all__ = ["command"]
 
 
 def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> Any:
@@ -37,8 +20,8 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
 
 
 @click.command("scan")
-@scene_choice
-@end_options
+@options.scene_choice
+@options.end_options
 @click.option(
     "--vary",
     multiple=True,
@@ -50,20 +33,22 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
 @click.option(
     "--draws", type=click.IntRange(min=1), help="Random states, by the invariant measure."
 )
-@list_option("--keep", metavar="LIST", help="Quantities that draws have as the scene's state has.")
+@options.list_option(
+    "--keep", metavar="LIST", help="Quantities that draws have as the scene's state has."
+)
 @click.option("--temperature", type=float, help="Draws have the weight exp(−energy/temperature).")
 @click.option("--seed", type=click.IntRange(min=0), help="Of the draws.")
-@list_option(
+@options.list_option(
     "--show",
     metavar="LIST",
     help="What is read off: final:NAME, drift:NAME, lowest:, highest:, mean:, digits:, frequency:, "
     "exponent (with its error, and whether it is above 0).",
 )
 @click.option("--workers", type=click.IntRange(min=1), help="Threads; else as many as cores.")
-@folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")
-@paper_option
+@options.folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")
+@options.paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-@debug_option
+@options.debug_option
 def command(
     scene: str, workers: int | None, out: Path, paper: bool, quiet: bool, **keys: Any
 ) -> int:
@@ -76,22 +61,24 @@ def command(
     from ..report import SCAN_FILES
     from ..run.files.outputs import check_folder
 
-    chosen = chosen_scene(scene, **taken(keys, "t_end", "tau_end"))
+    chosen = options.chosen_scene(scene, **options.taken(keys, "t_end", "tau_end"))
     plan = plan_scan(chosen, **keys)
-    print_notes(chosen, plan.notes)
+    options.print_notes(chosen, plan.notes)
     check_folder(out, SCAN_FILES)
     import_meanwhile("scan_page", at_once=True)
     many = plan.run(not quiet, workers)
 
     from ..report.scan_page import scan_lines, scan_record, scan_status, write_scan_report
 
-    page = write_scan_report(plan, many, out, reproducing_command(), paper)
+    page = write_scan_report(plan, many, out, options.reproducing_command(), paper)
     if many.errors:
         number, error = next(iter(sorted(many.errors.items())))
-        print_message(f"{len(many.errors)} of {len(many)} members failed; {number}: {error}")
+        options.print_message(
+            f"{len(many.errors)} of {len(many)} members failed; {number}: {error}"
+        )
     status = scan_status(many)
     if not quiet:
         for line in scan_lines(scan_record(plan, many, None)):
             click.echo(printable(line))
-        say_report(f"report{partly(status)}", page, paper)
-    return exit_code(status)
+        options.say_report(f"report{options.partly(status)}", page, paper)
+    return options.exit_code(status)

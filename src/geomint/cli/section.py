@@ -7,27 +7,12 @@ from typing import Any
 
 import click
 
+from . import options
 from .meanwhile import import_meanwhile
-from .options import (
-    chosen_scene,
-    debug_option,
-    exit_code,
-    folder_option,
-    list_option,
-    paper_option,
-    print_message,
-    print_notes,
-    reproducing_command,
-    say_report,
-    scene_choice,
-    taken,
-)
-
-__all__ = ["command"]
 
 
 @click.command("section")
-@scene_choice
+@options.scene_choice
 @click.option(
     "--event", metavar="NAME", help="One of [events], a component (gamma[2]), a quantity."
 )
@@ -36,12 +21,14 @@ __all__ = ["command"]
 @click.option("--points", type=click.IntRange(min=1), help="Points of each motion.")
 @click.option("--motions", type=click.IntRange(min=1), help="The scene's and others of its energy.")
 @click.option("--seed", type=click.IntRange(min=0), help="Of the other motions.")
-@list_option("--axes", metavar="X,Y", help="Components or quantities of the picture.")
+@options.list_option("--axes", metavar="X,Y", help="Components or quantities of the picture.")
 @click.option("--exact", is_flag=True, help="Follow the exact flow, without steps.")
-@folder_option("section", "section.html, section.csv, section.json, section.png and section.svg")
-@paper_option
+@options.folder_option(
+    "section", "section.html, section.csv, section.json, section.png and section.svg"
+)
+@options.paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-@debug_option
+@options.debug_option
 def command(scene: str, exact: bool, out: Path, paper: bool, quiet: bool, **keys: Any) -> int:
     """Follow motions of a scene until each has crossed a surface so many times.
 
@@ -52,21 +39,21 @@ def command(scene: str, exact: bool, out: Path, paper: bool, quiet: bool, **keys
     from ..report import SECTION_FILES
     from ..run.files.outputs import check_folder
 
-    chosen = chosen_scene(scene, **taken(keys))
+    chosen = options.chosen_scene(scene, **options.taken(keys))
     chosen = chosen.changed(integrate={"exact": True}) if exact else chosen
     declared = [p.name for p in click.get_current_context().command.params]  # as files have them
     plan = plan_section(chosen, **{str(key): keys[key] for key in declared if key in keys})
-    print_notes(chosen)
+    options.print_notes(chosen)
     check_folder(out, SECTION_FILES)
     import_meanwhile("section_page")
     section = plan.run(not quiet)
 
     from ..report.section_page import write_section_report
 
-    page = write_section_report(plan, section, out, reproducing_command(), paper)
+    page = write_section_report(plan, section, out, options.reproducing_command(), paper)
     if not section.complete:
-        print_message(f"not all points were found: {len(section)}")
+        options.print_message(f"not all points were found: {len(section)}")
     if not quiet:
         click.echo(repr(section))
-        say_report("report" if section.complete else "report (incomplete)", page, paper)
-    return exit_code(section.status)
+        options.say_report("report" if section.complete else "report (incomplete)", page, paper)
+    return options.exit_code(section.status)

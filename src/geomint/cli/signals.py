@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["signals_as_ctrl_c"]
-
 NAMES = ("SIGTERM", "SIGHUP")  # the second is not on every platform
 
 

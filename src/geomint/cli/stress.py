@@ -6,16 +6,14 @@ from pathlib import Path
 
 import click
 
-from .options import debug_option, exit_code, folder_option, list_option, reproducing_command, say
-
-__all__ = ["command"]
+from . import options
 
 
 @click.command("stress")
-@folder_option("stress", "stress.html, stress.json, stress.png and stress.svg")
-@list_option("--methods", help="Names with commas between; default: all.")
-@list_option("--systems", help="Names with commas between; default: all.")
-@list_option("--axis", help="Names with commas between; default: all.")
+@options.folder_option("stress", "stress.html, stress.json, stress.png and stress.svg")
+@options.list_option("--methods", help="Names with commas between; default: all.")
+@options.list_option("--systems", help="Names with commas between; default: all.")
+@options.list_option("--axis", help="Names with commas between; default: all.")
 @click.option("--quick", is_flag=True, help="A small part, in less than a minute.")
 @click.option(
     "--seconds",
@@ -26,7 +24,7 @@ __all__ = ["command"]
 )
 @click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-@debug_option
+@options.debug_option
 def command(
     out: Path,
     methods: list[str] | None,
@@ -54,11 +52,11 @@ def command(
     with Watch(not quiet) as watch:
         result = run_selection(selection, watch, seconds=seconds, workers=workers)
     record = stress_record(
-        result.cells, result.axes, result.seconds, reproducing_command(), result.interrupted
+        result.cells, result.axes, result.seconds, options.reproducing_command(), result.interrupted
     )
     page = write_stress_report(record, result.methods, out)
     if not quiet:
         watch.summary(result.cells)
-        say("report (interrupted)" if result.interrupted else "report", page)
+        options.say("report (interrupted)" if result.interrupted else "report", page)
     done = "forbidden" if forbidden(result.cells) else "success"
-    return exit_code("interrupted" if result.interrupted else done)
+    return options.exit_code("interrupted" if result.interrupted else done)

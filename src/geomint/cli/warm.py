@@ -7,20 +7,18 @@ import time
 import click
 
 from ..errors import GeomintError
-from .options import debug_option, list_option, methods_of, print_failure
-
-__all__ = ["command"]
+from . import options
 
 _UNCHANGED = {"method": None, "step": None}
 
 
 @click.command("warm")
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
-@list_option(
+@options.list_option(
     "--methods", metavar="LIST", help="Methods with commas between; default: those of each scene."
 )
 @click.option("--quiet", is_flag=True, help="No progress, no times.")
-@debug_option
+@options.debug_option
 def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> None:
     """Compile what scenes need, so that later commands need not.
 
@@ -36,11 +34,13 @@ def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> 
         try:
             scene = load_scene(name)
             warm(
-                scene, methods_of(scene.for_drift(), methods, _UNCHANGED), False if quiet else None
+                scene,
+                options.methods_of(scene.for_drift(), methods, _UNCHANGED),
+                False if quiet else None,
             )
         except GeomintError as error:
             if failure is not None:
-                print_failure(failure)
+                options.print_failure(failure)
             failure = error
             continue
         if not quiet:

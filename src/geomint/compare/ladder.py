@@ -11,8 +11,6 @@ from ..methods.adaptive import LARGEST_RTOL, LEAST_RTOL
 from ..problems.problem import Problem
 from ..problems.systems import Model
 
-__all__ = ["check_representation", "checked_steps", "ladder"]
-
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 RTOL_POWERS = (4, 2, 0, -2, -4)  # of ten, times a method's own rtol
 

@@ -1,19 +1,43 @@
-"""A comparison as a scene asks for it."""
+"""A comparison as a scene asks for it: how long it takes, what it compiles, and itself."""
 
 from __future__ import annotations
 
+import math
+import time
+import warnings
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from contextlib import suppress
+from functools import partial
+from typing import Any
 
-from ..methods import Method
+from ..errors import GeomintError
+from ..methods import Method, find_method
+from ..plan import Estimate, estimate, make_plan
+from ..plan.duration import steps_of
+from ..plan.fitting import representation_for
 from ..plan.tolerance import wanted_step
-from .endpoint import Source
+from ..problems.evaluate import value
+from ..problems.problem import Problem
+from ..run.progress import HOUR
+from ..run.solve import solve
+from ..scene.scene import Scene
+from .endpoint import MOST_EXTENDED_STEPS, Source
+from .ladder import STEP_FACTORS, ladder
+from .point import timed_runs
 from .runs import Comparison, compare
 
-if TYPE_CHECKING:
-    from ..scene import Scene
+__all__ = [
+    "compare_scene",
+    "comparison_time",
+    "end_of",
+    "first_steps",
+    "methods_of",
+    "warm_method",
+    "warming",
+]
 
-__all__ = ["compare_scene", "end_of", "first_steps", "methods_of"]
+EXTENDED, COARSEST = 300.0, max(STEP_FACTORS)  # times gauss-8; times the default step
+LONGEST = 1.0  # seconds of a run: those that do not converge turn to another kernel early
 
 
 def compare_scene(
@@ -64,3 +88,98 @@ def first_steps(scene: Scene) -> dict[str, float]:
     if integrate.tolerance is not None and scene.method.needs in scene.problem.forms:
         step = wanted_step(scene, scene.problem, scene.state)[1]
     return {} if step is None else {scene.method.name: step}
+
+
+def comparison_time(
+    scene: Scene,
+    methods: Iterable[str],
+    steps: list[float] | None,
+    repeats: int | None,
+    reference: str,
+) -> Estimate:
+    """Return how long the reference and the first point of every method take.
+
+    Further points are left out by `geomint.compare.runs.compare` where the first lets expect that they
+    take long. A reference in double-double arithmetic takes about 300 times the time of gauss-8 at its
+    default step (200 to 1500 were measured); where there is an exact flow, next to nothing.
+    """
+    bare = scene.changed(save={"every": None, "t_eval": None}).changed_observation([])
+    exact = any(p.make_exact is not None for p in scene.model.problems.values())
+    parts: list[tuple[str, float | None, float]] = []
+    if reference != "exact":
+        parts.append(("gauss-8", None, EXTENDED))
+    longest = max(steps) if steps else None
+    parts += [(m, longest, 1.0 / (COARSEST if steps is None else 1.0)) for m in methods]
+    seconds, measured = 0.0, False
+    for name, step, times in parts:
+        try:
+            plan = make_plan(bare.changed_integration(name, step))
+        except GeomintError:
+            continue  # the comparison reports it
+        few = steps_of(plan) <= MOST_EXTENDED_STEPS
+        if times == EXTENDED and reference == "auto" and exact and not few:
+            continue
+        found = estimate(plan, HOUR / times)
+        measured = measured or found.measured
+        once = times * found.seconds if math.isfinite(found.seconds) else 0.0
+        seconds += once if times == EXTENDED else _together(once, repeats)
+    return Estimate(seconds, measured)
+
+
+def _together(once: float, repeats: int | None) -> float:
+    """Return how long the timed runs of a point take, if one takes so long."""
+    runs, enough = timed_runs(repeats)
+    return once * min(runs, max(1, math.ceil(enough / once))) if once > 0.0 else 0.0
+
+
+def warming(scene: Scene, names: list[str], at: str) -> list[Callable[[], object]]:
+    """Return tasks for the methods that are still to come.
+
+    In their order where the comparison is at a reference in double-double arithmetic, which takes as
+    long as some of them; else the last one first, as the next one is being compiled already.
+
+    Parameters
+    ----------
+    at : str
+        What has been reported last.
+    """
+    tasks: list[Callable[[], object]] = []
+    tasks += [partial(warm_method, scene, method) for method in methods_of(scene, names)]
+    if "double-double" in at:
+        return tasks
+    begun = [i + 1 for i, name in enumerate(names) if at.startswith(f"{name}, ")]
+    return tasks[max(begun, default=0) :][::-1]
+
+
+def warm_method(scene: Scene, method: str | Method) -> None:
+    """Compile what the runs of one method need: at its longest step, and of its drifts."""
+    chosen, end = find_method(method), end_of(scene)
+    name, problem = representation_for(
+        scene.model, chosen, end, scene.content.integrate.representation
+    )
+    y0, own_end = scene.model.states[name], next(iter(end.values()))
+    base = first_steps(scene).get(chosen.name)
+    variant, step = ladder(chosen, problem, y0, None, base, own_end)[0]
+    own = next(iter(scene.model.problems.values()))
+    physical = {"t_end": end.get("t_end") or _physical_end(own, scene, own_end)}
+    same = problem is own and "tau_end" in end
+    watched = [*problem.invariants, *problem.constraints]
+    timed: dict[str, Any] = {**end, "clock": False} if same else physical
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for options in (timed, {**physical, "observe": watched}):
+            with suppress(GeomintError):  # compiled by then
+                run = partial(solve, problem, y0, method=variant, step=step, progress=False)
+                run(callback=_over(time.perf_counter() + LONGEST), **options)
+
+
+def _over(end: float) -> Callable[[Any], bool]:
+    """Return what ends a run at a time of the clock."""
+    return lambda told: time.perf_counter() > end
+
+
+def _physical_end(own: Problem, scene: Scene, own_end: float) -> float:
+    """Return about where the comparison ends in physical time."""
+    if own.clock is None:
+        return own_end
+    return own_end * value(own, own.clock, scene.model.states[next(iter(scene.model.problems))])

@@ -17,8 +17,6 @@ from .ladder import STEP_FACTORS
 from .peers.peer import End, Motion, Peer, Ready
 from .point import MAX_SECONDS, Point, timed_runs
 
-__all__ = ["peer_runs"]
-
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
 
 

@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..arguments import whole
 from ..errors import FormError
@@ -126,16 +126,49 @@ def compare(
         If the reference is not known, or not confirmed, well enough to judge errors of 1e-5.
     """
     chosen = [find_method(m) for m in methods]
-    steps = checked_steps(chosen, steps)
+    given = checked_steps(chosen, steps)
     repeats = None if repeats is None else whole("repeats", repeats, 1)
     others = find_peers(list(peers))
     check_representation(model, representation)
     endpoint, known = endpoint_of(model, end, reference, report)
     result = Comparison([], known)
-    asked = _Asked(
-        model, endpoint, end, steps, first_steps or {}, representation, repeats, observe, report
-    )
-    runs = (entry for method in chosen for entry in _ladder_runs(result, method, asked))
+
+    def ladder_runs(method: Method) -> Iterator[tuple[Point | str, Outcome]]:
+        """Carry out the runs of one method: of its points, and with its name the one of its drifts.
+
+        What cannot be run, or would take too long, becomes a point here.
+        """
+        try:
+            name, problem = representation_for(model, method, end, representation)
+        except FormError as error:
+            result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
+            return
+        y0, own_end = model.states[name], next(iter(end.values()))
+        base = (first_steps or {}).get(method.name)
+        best: partial[Solution] | None = None
+        last: Point | None = None
+        for variant, step in ladder(method, problem, y0, given, base, own_end):
+            options = variant.options
+            setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
+            report(f"{method.name}, {setting}")
+            point = _point(variant, name, step)
+            expected = 0.0 if last is None else _expected_seconds(last, variant, step)
+            if expected > MAX_SECONDS:
+                status = f"not run: would take about {expected:.0f} s"
+                result.points.append(replace(point, status=status))
+                continue
+            run = partial(solve, problem, y0, method=variant, step=step)
+            timed = partial(run, **endpoint.end_for(problem))
+            times, enough = timed_runs(repeats)
+            yield point, attempt(timed, repeats=times, enough=enough)
+            if result.points[-1].bound is not None:
+                best, last = run, result.points[-1]
+        if observe and best is not None:
+            # Over physical time, so that all methods share an axis.
+            watched = [*problem.invariants, *problem.constraints]
+            yield method.name, attempt(partial(best, t_end=endpoint.physical_end, observe=watched))
+
+    runs = (entry for method in chosen for entry in ladder_runs(method))
 
     def take(made: tuple[Point | str, Outcome]) -> None:
         point, outcome = made
@@ -157,58 +190,6 @@ def compare(
     if not run_many(beside, result.points.append):
         result.status = "interrupted"
     return result
-
-
-class _Asked(NamedTuple):
-    """What all methods of a comparison have in common, as `compare` was given it."""
-
-    model: Model
-    endpoint: Endpoint
-    end: dict[str, float]
-    steps: list[float] | None
-    first_steps: Mapping[str, float]
-    representation: str | None
-    repeats: int | None
-    observe: bool
-    report: Callable[[str], None]
-
-
-def _ladder_runs(
-    result: Comparison, method: Method, asked: _Asked
-) -> Iterator[tuple[Point | str, Outcome]]:
-    """Carry out the runs of one method: of its points, and with its name the one of its drifts.
-
-    What cannot be run, or would take too long, becomes a point here.
-    """
-    try:
-        name, problem = representation_for(asked.model, method, asked.end, asked.representation)
-    except FormError as error:
-        result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
-        return
-    y0, endpoint = asked.model.states[name], asked.endpoint
-    base, own_end = asked.first_steps.get(method.name), next(iter(asked.end.values()))
-    best: partial[Solution] | None = None
-    last: Point | None = None
-    for variant, step in ladder(method, problem, y0, asked.steps, base, own_end):
-        options = variant.options
-        setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
-        asked.report(f"{method.name}, {setting}")
-        point = _point(variant, name, step)
-        expected = 0.0 if last is None else _expected_seconds(last, variant, step)
-        if expected > MAX_SECONDS:
-            status = f"not run: would take about {expected:.0f} s"
-            result.points.append(replace(point, status=status))
-            continue
-        run = partial(solve, problem, y0, method=variant, step=step)
-        timed = partial(run, **endpoint.end_for(problem))
-        repeats, enough = timed_runs(asked.repeats)
-        yield point, attempt(timed, repeats=repeats, enough=enough)
-        if result.points[-1].bound is not None:
-            best, last = run, result.points[-1]
-    if asked.observe and best is not None:
-        # Over physical time, so that all methods share an axis.
-        watched = [*problem.invariants, *problem.constraints]
-        yield method.name, attempt(partial(best, t_end=endpoint.physical_end, observe=watched))
 
 
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:

@@ -13,8 +13,6 @@ from .choice import Asked, Route
 from .fitting import unfit
 from .tolerance import wanted_step
 
-__all__ = ["ChaosPlan", "plan_chaos"]
-
 
 @dataclass(frozen=True, eq=False)
 class ChaosPlan(Compared):

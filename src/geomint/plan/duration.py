@@ -20,8 +20,6 @@ from ..run.solution import Solution
 from ..run.solve import solve
 from .plan import Plan
 
-__all__ = ["Estimate", "estimate", "expected_time", "steps_of"]
-
 TRIAL = 0.1  # seconds
 FIRST_TRIAL, FASTER = 64, 8  # steps, and how many times more the next time
 EVALUATIONS = 300  # in a step: of long compositions of implicit methods

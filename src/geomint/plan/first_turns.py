@@ -14,8 +14,6 @@ from ..run.solve import solve
 from ..run.stretch import Stretch, stretch_of
 from .plan import Plan
 
-__all__ = ["FirstTurns", "first_turns"]
-
 TIMES = 60.0  # characteristic times: some ten turns
 MOST_STEPS = 20_000
 

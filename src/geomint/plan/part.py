@@ -15,8 +15,6 @@ from .cost import cost_of
 from .fitting import unfit
 from .representation import has
 
-__all__ = ["route_with"]
-
 
 def route_with(
     c: Asked, names: Sequence[str], use: str, end: Mapping[str, Any] = MappingProxyType({})

@@ -27,8 +27,6 @@ from .part import route_with
 from .representation import has
 from .tolerance import wanted_step
 
-__all__ = ["ScanPlan", "plan_scan"]
-
 MOST_KEYS = 2  # what a picture shows
 OF_DRAWS = ("keep", "temperature", "seed")  # without draws they would do nothing
 

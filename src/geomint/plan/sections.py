@@ -20,8 +20,6 @@ from .choice import Asked, Route
 from .part import route_with
 from .tolerance import wanted_step
 
-__all__ = ["SectionPlan", "plan_section"]
-
 
 @dataclass(frozen=True, eq=False)
 class SectionPlan(Compared):

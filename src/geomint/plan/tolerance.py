@@ -11,8 +11,6 @@ from ..run.accuracy.asked import choose_for
 from ..run.promise import Setting
 from ..scene.scene import Scene
 
-__all__ = ["chosen_for", "told_accuracy", "wanted_step"]
-
 
 def chosen_for(
     scene: Scene,

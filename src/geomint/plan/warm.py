@@ -11,8 +11,6 @@ from .first_turns import first_turns
 from .plan import Plan, make_plan
 from .several import expected_plans
 
-__all__ = ["warm", "warm_plan", "warming"]
-
 
 def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> None:
     """Compile what ``geomint run`` and ``geomint drift`` of a scene run, and nothing else.

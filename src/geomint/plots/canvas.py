@@ -11,8 +11,6 @@ from .style import figure_style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["new_figure"]
-
 
 @contextmanager
 def new_figure(width: float, height: float, **options: Any) -> Iterator[Figure]:

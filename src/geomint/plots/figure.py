@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 
 from .style import figure_style
 
-__all__ = ["ShownFigure"]
-
 DPI = 100  # of a screen
 
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ENDINGS", "BallScene", "Scene", "SphereScene", "Stamp", "check_ending", "save_film"]
 
 ENDINGS = (".gif", ".html", ".mp4")
 SIZE = (6.4, 4.4)  # inches

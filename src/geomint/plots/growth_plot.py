@@ -15,7 +15,6 @@ from .style import COLOURS, WIDTH
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["growth_figure"]
 
 PALE = (0.12, 0.22)  # how dark bands are, from the widest in
 REFERENCE = "#666666"

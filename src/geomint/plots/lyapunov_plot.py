@@ -14,7 +14,6 @@ from .style import COLOURS, WIDTH
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["lyapunov_figure"]
 
 REFERENCE = "#666666"
 

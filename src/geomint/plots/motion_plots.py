@@ -20,18 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "Curves",
-    "Heading",
-    "draw_curves",
-    "draw_plane",
-    "draw_sphere",
-    "label_axes",
-    "motion_figure",
-    "plane_figure",
-    "sphere_figure",
-    "symbol",
-]
 
 COLUMN = 3.4  # inches, a column of a printed page
 HIGH = 1.3  # of a panel over time

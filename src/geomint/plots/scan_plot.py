@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Chart", "scan_figure"]
 
 MOST_PANELS = 8
 WIDE = 100.0  # times: what spreads further is drawn on a logarithmic axis

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_section", "section_figure"]
 
 BEYOND, EDGE = "#e6e6e6", "#666666"
 Boundary = tuple[

@@ -13,7 +13,6 @@ from ..errors import DomainError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["FAINT", "View", "great_circles"]
 
 FAINT = 0.25
 POINTS = 73  # of a great circle

@@ -8,6 +8,12 @@ def paper_files(stem: str, *figures: str, csv: bool = True) -> tuple[str, ...]:
     return (*files, *pictures, *((f"{stem}.csv",) if csv else ()))
 
 
+def report_files(stem: str) -> tuple[str, ...]:
+    """Return the files of a report with one picture: always, and with what is for a paper."""
+    own = (f"{stem}.{ending}" for ending in ("csv", "html", "json", "png", "svg"))
+    return (*own, *paper_files(stem, csv=False))
+
+
 # What lies in the folder of a report: always, and with what is for a paper.
 DRIFT_FILES = ("drift.json", "drift.png", "drift.svg", "report.html", *paper_files("drift"))
 COMPARE_FILES = (
@@ -20,27 +26,6 @@ COMPARE_FILES = (
     *paper_files("compare", "compare-drift"),
 )
 STRESS_FILES = ("stress.html", "stress.json", "stress.png", "stress.svg")
-CHAOS_FILES = (
-    "chaos.csv",
-    "chaos.html",
-    "chaos.json",
-    "chaos.png",
-    "chaos.svg",
-    *paper_files("chaos", csv=False),
-)
-SECTION_FILES = (
-    "section.csv",
-    "section.html",
-    "section.json",
-    "section.png",
-    "section.svg",
-    *paper_files("section", csv=False),
-)
-SCAN_FILES = (
-    "scan.csv",
-    "scan.html",
-    "scan.json",
-    "scan.png",
-    "scan.svg",
-    *paper_files("scan", csv=False),
-)
+CHAOS_FILES = report_files("chaos")
+SECTION_FILES = report_files("section")
+SCAN_FILES = report_files("scan")

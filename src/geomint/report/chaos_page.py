@@ -10,12 +10,10 @@ import numpy as np
 from ..plan import ChaosPlan
 from ..plots.style import Picture
 from ..run.exponents import Lyapunov
-from ..run.provenance import finite_json, json_text, method_record
+from ..run.provenance import finite_json, method_record
 from ..scene.provenance import scene_record
-from . import CHAOS_FILES
-from .cite import Citation, cite
-from .pages import render, write_files
-from .paper import Paper, Table, scene_facts
+from .pages import write_planned
+from .paper import Table
 from .text import number, symbol
 
 __all__ = ["chaos_lines", "chaos_record", "write_chaos_report"]
@@ -85,29 +83,17 @@ def write_chaos_report(
     ------
     OutputError
     """
-    record, picture = chaos_record(plan, found, command), Picture(found.plot())
-    citation = cite(plan.route.problem, plan.scene.method)
-    page = render(
-        "chaos.html.j2",
-        title=plan.scene.title,
-        record=record,
-        verdict=SAID[record["verdict"]],
-        provenance=record["provenance"],
-        citation=citation,
-        picture=picture.uri,
-    )
-    others = {"chaos.csv": found.save}
-    more = _paper(plan, record, citation) if paper else None
-    return write_files(
-        folder, CHAOS_FILES, page, json_text(record), {"chaos": picture}, others, more
-    )
+    record = chaos_record(plan, found, command)
+    picture, said = Picture(found.plot()), SAID[record["verdict"]]
+    more = _paper(plan.scene.title, record) if paper else None
+    return write_planned("chaos", plan, record, picture, found.save, folder, more, verdict=said)
 
 
-def _paper(plan: ChaosPlan, record: dict[str, Any], citation: Citation) -> Paper:
-    """Return table, caption and citations; the data are in ``chaos.csv``."""
+def _paper(title: str, record: dict[str, Any]) -> tuple[str, Table, str]:
+    """Return caption, table and method; the data are in ``chaos.csv``."""
     time = symbol(record["time"])
     caption = (
-        f"{plan.scene.title}. Sizes of the Lyapunov exponents, per unit of {time}, over time up to "
+        f"{title}. Sizes of the Lyapunov exponents, per unit of {time}, over time up to "
         f"{time} = {number(record['end'], 6)}; dotted: ln t / t, as of a regular motion. "
         f"{SAID[record['verdict']]}"
     )
@@ -119,9 +105,5 @@ def _paper(plan: ChaosPlan, record: dict[str, Any], citation: Citation) -> Paper
     ]
     rows += [["sum", number(record["sum"], 2), "—"]] if record["all"] else []
     columns = ["exponent", f"per unit of {time}", "standard error"]
-    provenance = record["provenance"]
-    system = f"{provenance['scene']['system']['name']}, in the representation {plan.route.name}"
     method = f"{record['method']}, order {record['order']}, {record['steps']} steps"
-    facts = scene_facts(provenance, system, method)
-    command = provenance["command"]
-    return Paper("chaos", caption, Table(columns, rows), facts, citation, command=command)
+    return caption, Table(columns, rows), method

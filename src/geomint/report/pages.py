@@ -21,12 +21,14 @@ from ..plots.style import Picture, data_uri
 from ..run.files.outputs import whole_folder
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
-from . import paper_files
+from . import paper_files, report_files
+from .cite import cite
+from .paper import Paper, Table, scene_facts
 from .text import number, with_error
 
 if TYPE_CHECKING:
+    from ..plan import ChaosPlan, ScanPlan, SectionPlan
     from ..scene import Scene
-    from .paper import Paper
 
 __all__ = [
     "Picture",
@@ -35,8 +37,10 @@ __all__ = [
     "paper_files",
     "provenance_of",
     "render",
+    "report_files",
     "section",
     "write_files",
+    "write_planned",
 ]
 
 OWN = "geomint.report"
@@ -121,3 +125,57 @@ def write_files(
         if paper is not None:
             paper.write(unfinished, {name: p.figure for name, p in pictures.items()})
     return folder / html
+
+
+def write_planned(
+    stem: str,
+    plan: ChaosPlan | ScanPlan | SectionPlan,
+    record: Mapping[str, Any],
+    picture: Picture,
+    save: Callable[[Path], None],
+    folder: Path,
+    paper: tuple[str, Table, str] | None,
+    **shown: Any,
+) -> Path:
+    """Write the report of a plan that was carried out, all files or none; return the path of the page.
+
+    Parameters
+    ----------
+    stem : str
+        What its template, and all files, begin with.
+    plan : ChaosPlan, ScanPlan or SectionPlan
+    record : mapping
+        The content of the JSON, with its `provenance`.
+    picture : Picture
+    save : callable
+        Writes the CSV to a path.
+    folder : Path
+    paper : (caption, table, method), optional
+        For what goes into a paper; the method in words.
+    **shown
+        What else the template shows.
+
+    Raises
+    ------
+    OutputError
+    """
+    citation, provenance = cite(plan.route.problem, plan.scene.method), record["provenance"]
+    page = render(
+        f"{stem}.html.j2",
+        title=plan.scene.title,
+        record=record,
+        provenance=provenance,
+        citation=citation,
+        picture=picture.uri,
+        **shown,
+    )
+    more = None
+    if paper is not None:
+        caption, table, method = paper
+        name = provenance["scene"]["system"]["name"]
+        system = f"{name}, in the representation {plan.route.name}"
+        facts = scene_facts(provenance, system, method)
+        more = Paper(stem, caption, table, facts, citation, command=provenance["command"])
+    others = {f"{stem}.csv": save}
+    files = report_files(stem)
+    return write_files(folder, files, page, json_text(record), {stem: picture}, others, more)

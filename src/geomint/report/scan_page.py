@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,10 @@ from ..plots.scan_plot import Chart, scan_figure
 from ..plots.style import Picture
 from ..run.ensemble.readings.of_runs import VERDICTS, ExponentErrors, Exponents, ExponentVerdict
 from ..run.ensemble.result import Ensemble
-from ..run.provenance import finite_json, json_text, method_record
+from ..run.provenance import finite_json, method_record
 from ..scene.provenance import scene_record
-from . import SCAN_FILES
-from .cite import Citation, cite
-from .pages import render, write_files
-from .paper import Paper, Table, scene_facts
+from .pages import write_planned
+from .paper import Table
 from .text import number
 
 __all__ = ["scan_lines", "scan_record", "scan_status", "write_scan_report"]
@@ -179,40 +178,33 @@ def write_scan_report(
         plan.route.problem.time,
         bars,
     )
-    picture = Picture(scan_figure(chart))
-    citation = cite(plan.route.problem, plan.scene.method)
-    page = render(
-        "scan.html.j2",
-        title=plan.scene.title,
-        record=record,
+    more = _paper(plan.scene.title, record) if paper else None
+    return write_planned(
+        "scan",
+        plan,
+        record,
+        Picture(scan_figure(chart)),
+        partial(_save, plan, many),
+        folder,
+        more,
         drawn=chart.drawn,
         verdicts=_told_verdicts(record) if record["verdicts"] else "",
-        provenance=record["provenance"],
-        citation=citation,
-        picture=picture.uri,
     )
-    others = {"scan.csv": lambda path: _save(plan, many, path)}
-    more = _paper(plan, record, citation) if paper else None
-    return write_files(folder, SCAN_FILES, page, json_text(record), {"scan": picture}, others, more)
 
 
-def _paper(plan: ScanPlan, record: dict[str, Any], citation: Citation) -> Paper:
-    """Return table, caption and citations; the members are in ``scan.csv``."""
-    provenance = record["provenance"]
+def _paper(title: str, record: dict[str, Any]) -> tuple[str, Table, str]:
+    """Return caption, table and method; the members are in ``scan.csv``."""
     varied = " and ".join(
         f"{len(values)} values of {key} from {number(values[0], 6)} to {number(values[-1], 6)}"
         for key, values in record["vary"].items()
     )
     drawn = f"{record['draws']} random states" if record["draws"] else ""
     told = ", ".join(filter(None, (varied, drawn)))
-    caption = f"{plan.scene.title}: {record['members']} runs ({told})."
     columns = ["reading", "least", "median", "largest", "runs with a value"]
     rows = [
         [name, *(number(row[key], 4) for key in ("least", "median", "largest")), str(row["known"])]
         for name, row in record["readings"].items()
     ]
-    system = f"{provenance['scene']['system']['name']}, in the representation {plan.route.name}"
     method = f"{record['method']}, order {record['order']}, {record['steps']} steps in all"
-    facts = scene_facts(provenance, system, method)
-    command = provenance["command"]
-    return Paper("scan", caption, Table(columns, rows), facts, citation, command=command)
+    caption = f"{title}: {record['members']} runs ({told})."
+    return caption, Table(columns, rows), method

@@ -10,13 +10,11 @@ import numpy as np
 from ..plan import SectionPlan
 from ..plots.style import COLOURS, Picture
 from ..problems.at_states import values_at
-from ..run.provenance import finite_json, json_text, method_record
+from ..run.provenance import finite_json, method_record
 from ..run.section import Section
 from ..scene.provenance import scene_record
-from . import SECTION_FILES
-from .cite import Citation, cite
-from .pages import render, write_files
-from .paper import Paper, Table, scene_facts
+from .pages import write_planned
+from .paper import Table
 from .text import number, symbol
 
 __all__ = ["section_record", "write_section_report"]
@@ -89,24 +87,19 @@ def write_section_report(
     ------
     OutputError
     """
-    record = section_record(plan, section, command)
-    picture = Picture(section.plot(*(plan.scene.content.section.axes or ())))
-    citation = cite(plan.route.problem, plan.scene.method)
-    page = render(
-        "section.html.j2",
-        title=plan.scene.title,
-        record=record,
+    record, axes = section_record(plan, section, command), plan.scene.content.section.axes or ()
+    picture, more = Picture(section.plot(*axes)), _paper(plan, record) if paper else None
+    return write_planned(
+        "section",
+        plan,
+        record,
+        picture,
+        section.save,
+        folder,
+        more,
         verdict=_verdict(record),
-        provenance=record["provenance"],
-        citation=citation,
-        picture=picture.uri,
         colours=COLOURS,
-        bounded=section.boundary is not None and not plan.scene.content.section.axes,
-    )
-    others = {"section.csv": section.save}
-    more = _paper(plan, record, citation) if paper else None
-    return write_files(
-        folder, SECTION_FILES, page, json_text(record), {"section": picture}, others, more
+        bounded=section.boundary is not None and not axes,
     )
 
 
@@ -122,9 +115,8 @@ def _verdict(record: dict[str, Any]) -> str:
     )
 
 
-def _paper(plan: SectionPlan, record: dict[str, Any], citation: Citation) -> Paper:
-    """Return table, caption and citations; the points are in ``section.csv``."""
-    provenance, time = record["provenance"], symbol(record["time"])
+def _paper(plan: SectionPlan, record: dict[str, Any]) -> tuple[str, Table, str]:
+    """Return caption, table and method; the points are in ``section.csv``."""
     axes = " and ".join(record["axes"])
     caption = (
         f"{plan.scene.title}. Poincaré section in {axes}, a colour a motion: {_verdict(record)}"
@@ -134,9 +126,8 @@ def _paper(plan: SectionPlan, record: dict[str, Any], citation: Citation) -> Pap
         [name, plan.route.problem.unit(name), number(kept["deviation"]), number(kept["size"])]
         for name, kept in record["kept"].items()
     ]
-    step = f", step {number(record['step'], 6)} in {time}" if record["steps"] else ""
-    method = f"{record['method']}, order {record['order']}{step}" if step else "exact flow"
-    system = f"{provenance['scene']['system']['name']}, in the representation {plan.route.name}"
-    facts = scene_facts(provenance, system, method)
-    table, command = Table(columns, rows, 2), provenance["command"]
-    return Paper("section", caption, table, facts, citation, command=command)
+    method = "exact flow"
+    if record["steps"]:
+        step = f"step {number(record['step'], 6)} in {symbol(record['time'])}"
+        method = f"{record['method']}, order {record['order']}, {step}"
+    return caption, Table(columns, rows, 2), method

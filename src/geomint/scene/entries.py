@@ -8,8 +8,6 @@ from ..arguments import positive
 from ..errors import DomainError
 from ..methods.registry import find_method
 
-__all__ = ["check_once", "method_and_step", "methods_and_steps"]
-
 
 def method_and_step(entry: str) -> tuple[str, float | None]:
     """Return the name and the step of an entry ``NAME`` or ``NAME:STEP``.

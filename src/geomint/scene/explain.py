@@ -11,8 +11,6 @@ from pydantic import BaseModel, ValidationError
 from ..errors import nearest, quoted, shortened
 from .model import Content
 
-__all__ = ["explained", "key_of", "shown"]
-
 _MISSING = object()
 LONGEST = 200  # characters of a key or a value
 _OBJECTS = reprlib.Repr()

@@ -11,8 +11,6 @@ from ..errors import GeomintError, SceneError, closest, quoted
 from .explain import explained
 from .model import Content
 
-__all__ = ["Flaws", "Looked", "mended"]
-
 T = TypeVar("T")
 Section = TypeVar("Section", bound=BaseModel)
 

@@ -21,8 +21,6 @@ from ..errors import SceneError, nearest, quoted, shortened
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["builtin_scenes", "load_changed", "load_scene", "scene_names"]
-
 
 def builtin_scenes() -> dict[str, Traversable]:
     """Return the files of all registered scenes by name, sorted."""

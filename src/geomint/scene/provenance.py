@@ -9,8 +9,6 @@ from ..run.provenance import environment
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["scene_record"]
-
 
 def scene_record(scene: Scene, command: str | None = None) -> dict[str, Any]:
     """Return what was asked for, by which command, and where: numbers and strings that JSON can hold.

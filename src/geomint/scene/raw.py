@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,6 @@ from pydantic import ValidationError
 from ..errors import SceneError, quoted
 from .explain import key_of, shown
 from .model import DriftSection, IntegrateSection, ObserveSection
-
-__all__ = ["drift_changes", "in_drift", "merged", "overridden", "places_of", "plain"]
 
 DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
 LARGEST_INTEGER = 10**300  # a float
@@ -23,31 +21,20 @@ CHANGED = {  # what `overridden` changes, by sections
 }
 
 
-def overridden(
-    raw: Mapping[str, Any],
-    *,
-    method: str | None = None,
-    step: float | None = None,
-    tolerance: float | None = None,
-    representation: str | None = None,
-    quantities: Iterable[str] | None = None,
-    every: int | None = None,
-    t_end: float | None = None,
-    tau_end: float | None = None,
-) -> dict[str, Any]:
-    """Return the content with some keys of several sections changed; None leaves one as it is.
+def overridden(raw: Mapping[str, Any], **given: Any) -> dict[str, Any]:
+    """Return the content with some of the keys in `CHANGED` changed; None leaves one as it is.
 
     Options of the former method go with it, and so does its step, unless one is given. A step takes
     the place of a tolerance, and this of a step. Options of quantities go with these.
     """
-    given: dict[str, dict[str, Any]] = {
-        "observe": {"every": every},
-        "integrate": {"step": step, "tolerance": tolerance, "representation": representation},
-        "time": {"t_end": t_end, "tau_end": tau_end},
-    }
+    method, quantities = given.get("method"), given.get("quantities")
     changes = {
-        section: {key: value for key, value in keys.items() if value is not None}
-        for section, keys in given.items()
+        section: {
+            key: given[key]
+            for key in keys
+            if key not in ("method", "quantities") and given.get(key) is not None
+        }
+        for section, keys in CHANGED.items()
     }
     tables = {key: value for key, value in raw.items() if isinstance(value, Mapping)}
     if quantities is not None:
@@ -60,8 +47,8 @@ def overridden(
     if method not in (None, former.get("method", fields["method"].default)):
         old = dict.fromkeys(key for key in former if key == "step" or key not in fields)
         changes["integrate"] = {**old, "method": method, **changes["integrate"]}
-    if (step is None) != (tolerance is None):
-        other = "tolerance" if tolerance is None else "step"
+    if (given.get("step") is None) != (given.get("tolerance") is None):
+        other = "tolerance" if given.get("tolerance") is None else "step"
         changes["integrate"] = {other: None, **changes["integrate"]}
     return merged(raw, plain({section: keys for section, keys in changes.items() if keys}))
 

@@ -19,8 +19,6 @@ from .model import Content
 from .raw import drift_changes, in_drift, merged, overridden, places_of, plain
 from .validate import Checked, check_content
 
-__all__ = ["Scene"]
-
 
 class Scene(Compared):
     """What is integrated, from where, for how long, with which method, and what is watched.

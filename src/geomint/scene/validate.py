@@ -30,8 +30,6 @@ from .model import Content, IntegrateSection, ObserveSection
 from .raw import plain
 from .with_model import checked_with
 
-__all__ = ["Checked", "check_content"]
-
 _CHOSEN_LATER = Gauss()  # what method "auto" is checked as, until the problem is built
 _UNBUILT = (GeomintError, ArithmeticError, MemoryError, np.linalg.LinAlgError)
 

@@ -17,8 +17,6 @@ from ..kernels.compiling.sameness import Compared
 from ..problems.systems import Model, find_system
 from .scene import Scene
 
-__all__ = ["Variation", "chosen_variations", "told_values", "varied_models"]
-
 SECTIONS = ("system", "initial")
 MOST = 10**7  # values
 _KEY = re.compile(r"(?:(system|initial)\.)?([^\[\].]+)((?:\[\d+\])*)")

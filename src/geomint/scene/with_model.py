@@ -16,8 +16,6 @@ from .explain import key_of, shown
 from .flaws import Flaws, Looked
 from .model import Content
 
-__all__ = ["checked_with"]
-
 
 def checked_with(
     model: Model, looked: Looked, method: Method | None, flaws: Flaws

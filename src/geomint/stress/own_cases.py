@@ -6,8 +6,6 @@ from ..problems import testproblems
 from . import state_cases, step_cases
 from .case import StressCase
 
-__all__ = ["cases"]
-
 
 def cases(examples: step_cases.Examples = testproblems.examples) -> list[StressCase]:
     """Return all cases of this package, or those of all built-in scenes and of other examples."""

@@ -22,8 +22,6 @@ from .references import references_in_words, references_of
 from .rules import RULES
 from .sweep import family_of
 
-__all__ = ["stress_record", "write_stress_report"]
-
 
 def stress_record(
     cells: Sequence[Cell],

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["stress_figure"]
 
 Cells = Sequence[Mapping[str, Any]]
 Place = tuple[str, str]  # a method, the label of a value

@@ -18,18 +18,6 @@ from ..problems.deviation import sizes_of
 from ..problems.evaluate import derivative, value, vector
 from ..problems.problem import Problem
 
-__all__ = [
-    "Make",
-    "admitted",
-    "allowed",
-    "equal_rows",
-    "is_steady",
-    "on_axes",
-    "resting",
-    "resting_pieces",
-    "zero_rows",
-]
-
 Make = Callable[[Problem, Array, np.random.Generator], Array]
 
 STEADY = 1e-14  # relative: generators that differ by less are the same

@@ -25,9 +25,6 @@ from .special_states import (
 )
 from .step_cases import QUICK, Build, Source
 
-__all__ = ["REST", "STEADY", "ZEROS", "cases"]
-
-
 REST = StressAxis("rest", "pieces at rest", "their size, relative")
 ZEROS = StressAxis("zeros", "zero and equal rows", "distance")
 STEADY = StressAxis("steady", "steady motions and fixed points", "distance")

@@ -13,8 +13,6 @@ from ..problems.systems import Model
 from ..scene.load import load_scene, scene_names
 from .case import StressAxis, StressCase
 
-__all__ = ["QUICK", "STEP", "Examples", "Source", "sources", "steps"]
-
 Build = Callable[[], Model]
 Source = tuple[str, Build]
 Examples = Callable[[], list[tuple[Problem, Array]]]

@@ -9,8 +9,6 @@ from typing import Any
 from .judge import FORBIDDEN, VERDICTS, Cell, forbidden
 from .references import references_in_words, references_of
 
-__all__ = ["Watch"]
-
 MOST = 20  # forbidden cells that the summary lists
 
 

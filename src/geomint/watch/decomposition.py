@@ -15,9 +15,6 @@ from .jumps import Jump, best_step, find_jumps, steps_of
 from .oscillations import without_oscillations
 from .trend import Trend, find_trend
 
-__all__ = ["WALK", "Part", "evenly", "taken_apart", "without_jumps"]
-
-
 TWO_SIDED = 1.96  # standard errors: 95 % of a normal distribution
 FEIGNED = 0.05  # of what is seen in an oscillation: it may not be the sine that was taken away
 LEVER = 1.5  # what a jump of size 1 in the middle of a run is to a line

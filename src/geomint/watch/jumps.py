@@ -17,9 +17,6 @@ import numpy as np
 
 from ..arguments import Array
 
-__all__ = ["Jump", "best_step", "find_jumps", "first_step", "steps_of"]
-
-
 SIDE, FEWEST = 8, 4  # windows
 STANDS_OUT = 8.0
 SHARP, MOVES = 0.6, 0.25

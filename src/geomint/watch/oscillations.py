@@ -17,9 +17,6 @@ import numpy as np
 
 from ..arguments import Array
 
-__all__ = ["Cleaned", "without_oscillations"]
-
-
 FEWEST_PERIODS = 2.5  # fewer are no oscillation, but a curve
 MOST, TRIED = 8, 3
 PADDING = 4

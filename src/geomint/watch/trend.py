@@ -16,9 +16,6 @@ import numpy as np
 
 from ..arguments import Array
 
-__all__ = ["Trend", "cosines", "find_trend"]
-
-
 COSINES = 48
 LIKELY = 1.5  # less in the logarithm: with it errors are honest for all mixtures, by experiment
 # Ratios w/a of a walk's variances to a floor: none, or a grid by factors of 1.8.

@@ -25,8 +25,6 @@ from ..watched_steps import WatchedSteps, fastest_of
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, check_room
 
-__all__ = ["run_compiled"]
-
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
 PART, PART_IN_LANES, MEMBERS = 30, 300, 16  # of all steps and of all members, that are looked at

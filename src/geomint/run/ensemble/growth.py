@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from .result import Ensemble
 
-__all__ = ["FEWEST_MEMBERS", "EnsembleGrowth", "growth_of_ensemble"]
 
 SAME_END = 1e-9  # of the length of a run
 FEWEST_MEMBERS, FEWEST_WINDOWS = 8, 8  # of which anything can be told

@@ -12,8 +12,6 @@ from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, empty_outcome
 from .spread import block_size
 
-__all__ = ["Place", "place_for"]
-
 
 class Place(Protocol):
     """Takes what has become of members, block by block."""

@@ -28,16 +28,6 @@ from .outcome import NOT_RUN, Outcome, empty_outcome
 from .readings.reading import Ran, read_off
 from .single import run_single
 
-__all__ = [
-    "Block",
-    "block_size",
-    "checked_executor",
-    "checked_workers",
-    "expected_samples",
-    "first_look",
-    "spread",
-]
-
 Block = npt.NDArray[np.int64]  # numbers of members
 
 LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses

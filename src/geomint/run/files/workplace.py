@@ -23,7 +23,6 @@ try:
 except ImportError:  # not on this platform: processes that write to one folder may mix files
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["LEFT", "alone", "held", "synced", "undisturbed", "workplace"]
 
 PATIENCE = 20.0  # seconds for another process to finish moving its files
 YOUNG = 60.0  # seconds: what was left is not looked at before

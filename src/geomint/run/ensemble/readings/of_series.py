@@ -15,19 +15,6 @@ from ...events import quantity
 from ..given import Asked
 from .reading import Ran, Reading
 
-__all__ = [
-    "Digits",
-    "Drift",
-    "Final",
-    "Frequency",
-    "Highest",
-    "Histogram",
-    "Lowest",
-    "Mean",
-    "OfQuantity",
-    "Windows",
-]
-
 STEADY = 1e-9  # of its size: what varies by less has no frequency
 
 

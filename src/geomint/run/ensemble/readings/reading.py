@@ -15,8 +15,6 @@ from ...events import component, quantity
 from ..given import Asked, Members
 from ..outcome import ENDED_EARLY, Outcome
 
-__all__ = ["Ran", "Reading", "read_off"]
-
 EVEN = 1e-6  # of a step: by that much steps of one length may differ
 ROUNDED = 4.0  # units in the last place of the times: so much beside
 

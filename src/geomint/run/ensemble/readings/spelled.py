@@ -8,8 +8,6 @@ from .of_runs import ExponentErrors, Exponents, ExponentVerdict
 from .of_series import Digits, Drift, Final, Frequency, Highest, Lowest, Mean, OfQuantity, Windows
 from .reading import Reading
 
-__all__ = ["KINDS", "chosen_readings"]
-
 KINDS: dict[str, type[OfQuantity]] = {
     kind.kind: kind for kind in (Final, Drift, Lowest, Highest, Mean, Digits, Frequency, Windows)
 }

@@ -17,8 +17,6 @@ from ..dataset import free_name
 from ..outcome import check_alike
 from .columns import Column, readable
 
-__all__ = ["CHUNK", "ROW", "Arrays", "needed_zarr"]
-
 MEMBER, BLOCK, ROW = "member", "block", "row"
 CHUNK = 1 << 20  # numbers: 8 MB
 FIRST = ("tau", "states", "status")  # arrays that a store has from the beginning

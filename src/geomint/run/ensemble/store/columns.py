@@ -15,16 +15,6 @@ from ....errors import GeomintError, quoted
 from ..given import Asked
 from ..outcome import NOT_RUN, Outcome
 
-__all__ = [
-    "Column",
-    "columns_of",
-    "error_of",
-    "numbers_in",
-    "readable",
-    "status_of",
-    "words_in",
-]
-
 
 @dataclass(frozen=True, eq=False)
 class Column:

@@ -18,8 +18,6 @@ from ....problems.problem import Problem
 from ...provenance import environment, finite_json, method_record
 from ..given import Asked, Members
 
-__all__ = ["FORMAT", "about", "differences", "identity", "is_store"]
-
 FORMAT = "geomint-ensemble-1"
 
 Identity = Mapping[str, list[str]]

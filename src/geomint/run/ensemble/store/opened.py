@@ -19,8 +19,6 @@ from .columns import numbers_in, readable
 from .identity import is_store
 from .read import StoredOutcome
 
-__all__ = ["open_ensemble"]
-
 
 @dataclass(frozen=True)
 class _Read:

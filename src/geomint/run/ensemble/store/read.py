@@ -16,8 +16,6 @@ from ..outcome import NOT_RUN
 from .arrays import Arrays
 from .columns import error_of, numbers_in, readable, words_in
 
-__all__ = ["StoredOutcome"]
-
 R = TypeVar("R")
 
 
