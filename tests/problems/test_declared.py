@@ -91,6 +91,19 @@ def test_functions_without_derivatives_and_with_time() -> None:
     assert false_claims(driven, np.array([0.3, 0.5]), 0.7)
 
 
+@gi.observable
+def bounded(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """What math refuses a thousandth of a turn after the start, and compiled code takes for NaN."""
+    return math.log1p(-1e5 * y[1])
+
+
+def test_what_python_cannot_evaluate_is_not_judged() -> None:
+    problem = gi.Problem("s", (("q", 1), ("p", 1)), field=pendulum, invariants={"i": bounded})
+    with pytest.raises(gi.DeclarationError, match="math domain"):
+        false_claims(problem, np.array([-2.0, 0.0]))
+    assert gi.solve(problem, [-2.0, 0.0], t_end=1.0, step=0.1).success
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_no_built_in_system_says_what_is_not_so(name: str) -> None:
     scene = gi.load_scene(name)

@@ -11,7 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DeclarationError, DeclarationWarning, tell
+from ..errors import DeclarationError, DeclarationWarning, GeomintError, tell
 from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded
 from .declaration import FEW, functions_of, kept_with
@@ -46,8 +46,13 @@ def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]
         forms = (f for form in problem.forms for f in functions_of(problem, form))
         return *forms, *problem.invariants.values(), *problem.constraints.values()
 
+    def looked_for() -> tuple[Claim, ...]:
+        with suppress(ArithmeticError, ValueError, LookupError, GeomintError):
+            return false_claims(problem, y, t)
+        return ()  # of functions that plain Python cannot evaluate there
+
     key = ("claims", *[f.fingerprint for f in kept_with(problem, "claiming", functions)])
-    return kept_with(problem, key, lambda: false_claims(problem, y, t))
+    return kept_with(problem, key, looked_for)
 
 
 def tell_false_claims(problem: Problem, y: Array, t: float) -> None:
