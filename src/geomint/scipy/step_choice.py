@@ -61,7 +61,7 @@ class Watched:
                 f"steps of {abs(h):.3g} err by {error:.2g} times rtol and atol, near t = {begin:.6g}: "
                 "more than is promised where no step is given. Give a shorter one"
             )
-            solver.watched = None
+            solver._watched = None
 
     def _scale(self, y: Any) -> Any:
         rtol, atol = self._allowed
