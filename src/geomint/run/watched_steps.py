@@ -103,10 +103,18 @@ class WatchedSteps:
         return min(max((all_steps or most) // part, math.ceil(TIMES / method.step_fraction)), most)
 
     def at(self, state: Array, time: float) -> LocalError | None:
-        """Go to a state, and return what a step from there errs by, if that is too much."""
-        self._made._anew(state, time, self._made.h)
-        error = self._of(time + self._made.h)
-        return error if error.largest > self._limit else None
+        """Go to a state, and return what a step from there errs by, if that is too much.
+
+        What is left of a step half as long, as of a piece that is nearly 0, are roundings.
+        """
+        made, h = self._made, self._made.h
+        made._anew(state, time, h)
+        error = self._of(time + h)
+        if not error.largest > self._limit:
+            return None
+        made._anew(state, time, 0.5 * h)
+        rounded = 0.5 * error.largest < self._of(time + 0.5 * h).largest < math.inf
+        return None if rounded else error
 
 
 def tell_fastest(made: Integrator, places: Iterable[tuple[Array, float]]) -> None:

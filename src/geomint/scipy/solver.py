@@ -57,7 +57,7 @@ class FixedStep(OdeSolver):
         self.increments: Any = None
         span = abs(t_bound - t0)
         name, given = ("step", step) if first_step is None else ("first_step", first_step)
-        self.watched: Watched | None = None
+        self._watched: Watched | None = None
         if given is not None:
             self.h = min(positive(name, given), max_step)
         elif span == 0.0 or self.n == 0:
@@ -65,7 +65,7 @@ class FixedStep(OdeSolver):
         else:
             allowed = tolerances(rtol, atol, self.n)
             self.h = chosen_step(self, min(span, max_step), *allowed)
-            self.watched = Watched(allowed)
+            self._watched = Watched(allowed)
             self.h = span / math.ceil(span / self.h * (1.0 - 1e-9))
         self.h *= self.direction
 
@@ -129,8 +129,8 @@ class FixedStep(OdeSolver):
                 f"{type(self).__name__} at t = {t:.9g}, step {h:.3g}: {REASONS[NOT_FINITE]}",
             )
         self.increments, self.done = increments, self.done + 1
-        if self.watched is not None:
-            self.watched.look(self, t, end if whole else self.t_bound)
+        if self._watched is not None:
+            self._watched.look(self, t, end if whole else self.t_bound)
         self.t = end if whole else self.t_bound
         return True, None
 

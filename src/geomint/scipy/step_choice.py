@@ -61,7 +61,7 @@ class Watched:
                 "more than is promised where no step is given; give a shorter one: step=…"
             )
             tell(StepWarning(text, "state", error, begin))
-            solver.watched = None
+            solver._watched = None
 
     def _scale(self, y: Any) -> Any:
         rtol, atol = self._allowed
