@@ -294,8 +294,11 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "t0": 0.25,
             "estimate_error": True,
             "breaks": [0.7],
-            "longest": 0.25,
         },
+    ),
+    "solve in variable steps": (
+        {**RUN, "method": "dormand-prince-5-adaptive", "step": 0.01},
+        {"longest": 0.05},
     ),
     "solve in tau": (
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
