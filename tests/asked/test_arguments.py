@@ -484,6 +484,7 @@ LOOK: dict[str, Callable[..., Any]] = {
         (c.what, c.value, c.reason) for c in gi.make_plan(**given).choices
     ],
     "solve in tau": gi.solve,
+    "solve in variable steps": gi.solve,
     "solve to a tolerance": gi.solve,
     "tangent_flow in tau": gi.tangent_flow,
     "tangent_flow by parameters": gi.tangent_flow,
