@@ -25,6 +25,7 @@ EXAMPLES = {
     gi.OutputError: ("run.nc", "no space", 28),
     gi.StepError: (1.0, 2, 3.0, 4, "hint"),
     gi.ConvergenceError: (1.0, 2, 3.0, 4, "hint"),
+    gi.RankError: (1.0, 2, 3.0, 4, "hint"),
     gi.NonFiniteError: (1.0, 2, 3.0, 4, "hint"),
     gi.EventError: ("height", 1.0, 2, 3.0, "is not a finite number"),
     gi.StepLimitError: (1.0, 2, 3.0, 4, "hint"),

@@ -137,7 +137,7 @@ class Setting(NamedTuple):
                 part = AIM * promised(found.method) / max(local.largest, 1e-300)
                 factor = min(factor, shortened(part, p + 1))
             if self.wanted is not None:
-                factor = min(factor, shortened(AIM * self.wanted / max(error, 1e-300), p))
+                factor = min(factor, shortened(self.wanted / max(error, 1e-300), p))
             method = self.given if end and self.given else method
         if found.steps > factor * most or not factor * step > 0.0:
             return None
