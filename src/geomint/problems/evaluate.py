@@ -284,9 +284,11 @@ def on_constraints(problem: Problem, y: Array) -> Array:
         return z
 
     q, p = problem.pieces[0][0], problem.pieces[-1][0]
-    _, g, G = motion.at(y, 0.0)
-    y = repaired(q, y, defect(g, G, y[:n]), "g(q) beside |G||q|", "a state with g(q) = 0", placed)
-    rates, _, G = motion.at(y, 0.0)
+    rates, g, G = motion.at(y, 0.0)
+    beside = "g(q) beside |G||q|"
+    near = repaired(q, y, defect(g, G, y[:n]), beside, "a state with g(q) = 0", placed)
+    if near is not y:
+        y, (rates, _, G) = near, motion.at(near, 0.0)
     said, expected = "G ∂H/∂p beside |G||∂H/∂p|", "a state whose velocities keep g(q) = 0"
     return repaired(p, y, defect(G @ rates[:n], G, rates[:n]), said, expected, turned)
 

@@ -239,7 +239,8 @@ def rattle_step(
                 return NOT_CONVERGED if finite(top(left)) else NOT_FINITE, NEWTON, top(left)
             for i in range(n):
                 dq1[i] = dq1[i] + (P[i] - dq0[i])
-            if m > 1 and lost_rank(m, matrix, n, p, dq1, dp0, 2.0 * half):
+            moved = top(plain(largest(n, dq1))) if m > 1 else 0.0
+            if m > 1 and lost_rank(m, matrix, n, p, dq1, moved, dp0, 2.0 * half):
                 return LOST_RANK, iteration + 1, top(left)
             for i in range(n):
                 add_compensated(q, carry, i, last_q[i])

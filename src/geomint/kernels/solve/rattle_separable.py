@@ -162,7 +162,7 @@ def separable_rattle_step(
     largest = top(worst)
     if not finite(largest):
         return NOT_FINITE, iterations, largest
-    if m > 1 and lost_rank(m, matrix, n, p, kick, force, step):
+    if m > 1 and lost_rank(m, matrix, n, p, kick, largest, force, step):
         return LOST_RANK, iterations, largest
     for i in range(n):
         add_compensated(q, carry, i, increment[i])
