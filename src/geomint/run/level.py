@@ -100,12 +100,14 @@ class Level:
 
         By differences over 1e-6 of the ways, good to some 1e-10.
         """
-        moves = DIFFERENCE * ways
-        near = states[:, None, None, :] + np.array([1.0, -1.0])[:, None, None] * moves
-        shape = (len(states), 2, len(ways), self.conditions)
+        return self._differences(states, DIFFERENCE * ways[None]) / (2.0 * DIFFERENCE)
+
+    def _differences(self, states: Array, moves: Array) -> Array:
+        """Return ``off(states + moves) − off(states − moves)``: shape (states, conditions, moves)."""
+        near = states[:, None, None, :] + np.array([1.0, -1.0])[:, None, None] * moves[:, None]
+        shape = (len(states), 2, moves.shape[1], self.conditions)
         values = self.off(near.reshape(-1, states.shape[1])).reshape(shape)
-        rows: Array = (values[:, 0] - values[:, 1]) / (2.0 * DIFFERENCE)
-        return rows.transpose(0, 2, 1)
+        return np.asarray((values[:, 0] - values[:, 1]).transpose(0, 2, 1))
 
     def nearest(self, states: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
         """Return states on the level near others, and which of them are: Newton's, least changes."""
@@ -130,10 +132,8 @@ class Level:
 
     def _slopes(self, states: Array, sizes: Array) -> Array:
         """Return derivatives by differences over parts of each state's own size; 0 for no numbers."""
-        rows = states.shape[1]
-        near = np.eye(rows)[None, :, :] * (DIFFERENCE * sizes)[:, :, None]
-        ends = [self.off((states[:, None, :] + s * near).reshape(-1, rows)) for s in (1.0, -1.0)]
-        slopes = (ends[0] - ends[1]).reshape(len(states), rows, -1).transpose(0, 2, 1)
+        near = np.eye(states.shape[1])[None, :, :] * (DIFFERENCE * sizes)[:, :, None]
+        slopes = self._differences(states, near)
         slopes = slopes / (2.0 * DIFFERENCE * sizes)[:, :, None]
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
