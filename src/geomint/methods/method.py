@@ -6,10 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple, Self
 
-import numpy as np
-import numpy.typing as npt
-
-from ..arguments import number
+from ..arguments import Array, number
 from ..errors import FormError, MethodError, nearest, quoted
 from ..kernels.numbers.blocks import scalar_block
 from ..problems.evaluate import Rate, derivative
@@ -46,7 +43,7 @@ class Start(NamedTuple):
     """
 
     problem: Problem
-    y0: npt.NDArray[np.float64]
+    y0: Array
     t0: float
     h: float
     clock: bool = False
@@ -57,7 +54,7 @@ class Start(NamedTuple):
     functions: tuple[str, ...] = ()
 
     def stepper(
-        self, y0: npt.NDArray[np.float64], *, memory: Iterable[int], work: Iterable[int], **own: Any
+        self, y0: Array, *, memory: Iterable[int], work: Iterable[int], **own: Any
     ) -> Stepper:
         """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
 
@@ -195,7 +192,7 @@ class Method(ABC):
     def default_step(
         self,
         problem: Problem,
-        y0: npt.NDArray[np.float64],
+        y0: Array,
         span: float,
         start: float = 0.0,
         rate_at: Rate = derivative,

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array, finite, whole
+from ..arguments import Array, Booleans, finite, whole
 from ..errors import DomainError, GeomintError, GeomintWarning, nearest
 from ..problems.at_states import writer
 from ..problems.evaluate import value
@@ -80,9 +79,7 @@ class Level:
         with np.errstate(over="ignore", invalid="ignore"):  # ∞ is off too
             return np.asarray((found - self._wanted) / self.sizes)
 
-    def back(
-        self, ahead: Array, ways: Array, a: Array, on: float
-    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def back(self, ahead: Array, ways: Array, a: Array, on: float) -> tuple[Array, Booleans]:
         """Return ``a`` with ``ahead − a ways`` on the level, from what is given, and which are found.
 
         Parameters
@@ -109,7 +106,7 @@ class Level:
         values = self.off(near.reshape(-1, states.shape[1])).reshape(shape)
         return np.asarray((values[:, 0] - values[:, 1]).transpose(0, 2, 1))
 
-    def nearest(self, states: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def nearest(self, states: Array) -> tuple[Array, Booleans]:
         """Return states on the level near others, and which of them are: Newton's, least changes."""
         z = states.copy()
         found = np.zeros(len(z), dtype=bool)

@@ -8,7 +8,7 @@ from ..numbers.arithmetic import like, maximum, top
 from ..numbers.blocks import REST, part, section, sections
 from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
-from .status import NOT_FINITE, OK
+from .status import NOT_FINITE, OK, Step
 
 __all__ = ["commutator_free_coefficients", "commutator_free_stepper", "commutator_free_work"]
 
@@ -62,7 +62,7 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
     @inlined
     def commutator_free(
         generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
-    ) -> tuple[int, int, float]:
+    ) -> Step:
         """Build the stages and the update as moves: the differences of their values from the state.
 
         Summed before they are added to the state, moves lose nothing to its rounding.

@@ -10,7 +10,7 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import helper, inlined
 from ..compiling.signatures import VALUE, of_header, of_stepper
 from ..numbers.blocks import part
-from .status import OK
+from .status import OK, Step, Steps
 
 __all__ = [
     "PARTIAL",
@@ -65,7 +65,7 @@ def whole_step(
 def one_step(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
     whole, states, at: int, t: float, h: float, theta: float,
-) -> tuple[int, int, float]:  # fmt: skip
+) -> Step:  # fmt: skip
     """Leave in `memory` what a step of length h leaves, begun on what the `whole` one remembers."""
     for r in range(rows):
         memory[r] = states[at + r]
@@ -84,7 +84,7 @@ def one_step(
 def partial(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
     whole, begun, span: float, states, times, nodes, lengths, count: int, out,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write `count` states, each by a step of its length from its node; one of length 0 is the node.
 
     Parameters
@@ -172,7 +172,7 @@ def to_clock(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
     whole, begun, span: float, polynomial, powers, rate, states, times, nodes, wanted, roundings,
     count: int, scratch, lengths, out,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write `count` states at times of the clock, their last row, and how long the steps to them are.
 
     Newton's iteration for the length, the derivative being the clock's `rate`; the best state is kept,

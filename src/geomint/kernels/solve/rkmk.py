@@ -10,7 +10,7 @@ from ..numbers.blocks import REST, part, section, sections
 from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
-from .status import NOT_FINITE, OK, OUTSIDE_CHART
+from .status import NOT_FINITE, OK, OUTSIDE_CHART, Step
 
 __all__ = [
     "dexpinv_series",
@@ -193,7 +193,7 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
     @inlined
     def rkmk(
         generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
-    ) -> tuple[int, int, float]:
+    ) -> Step:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
         act, inverse = maps
         table = table_of(coefficients)

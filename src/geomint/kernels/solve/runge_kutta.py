@@ -10,7 +10,7 @@ from ..numbers.blocks import REST, part, section, sections
 from .adaptive import adaptive_stepper, adaptive_work
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
-from .status import NOT_FINITE, OK
+from .status import NOT_FINITE, OK, Step
 
 __all__ = [
     "HUGE",
@@ -98,7 +98,7 @@ def runge_kutta_stepper(rows: int) -> Recorded:
     @helper
     def runge_kutta_step(
         functions, params, coefficients, substep: int, memory, work, t: float, h: float
-    ) -> tuple[int, int, float]:
+    ) -> Step:
         """Add ``h Σ b_i k_i`` to the compensated state."""
         table = table_of(coefficients)
         n = rows if rows > 0 else int(table.rows[0])

@@ -9,3 +9,6 @@ TOO_MANY_STEPS = 5  # an adaptive method may take no more
 EVENT_NOT_FINITE = 6  # what an event is the zero of
 EVENT_UNCLEAR = 7  # it is not smooth enough to tell how often it is zero
 CHATTER = 8  # more events in a step than can be meant
+
+Step = tuple[int, int, float]  # status, iterations, residual
+Steps = tuple[int, int, int, float]  # status, steps, iterations, residual

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array, as_vector
+from ...arguments import Array, Booleans, as_vector
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from ..forms import Hamiltonian
@@ -127,10 +126,10 @@ class TangentBundle(Space):
         mended = repaired(self.name, p, defect, said, expected, lambda: self.base.tangent(q, p))
         return np.concatenate([q, mended])
 
-    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+    def settled(self, states: Array) -> Booleans:
         """Tell which are orthogonal, on spheres, to half of what is silent."""
         n = self.base.rows
-        found: npt.NDArray[np.bool_] = np.zeros(len(states), dtype=bool)
+        found: Booleans = np.zeros(len(states), dtype=bool)
         if isinstance(self.base, Sphere):
             q, p = states[:, :n], states[:, n:]
             with np.errstate(all="ignore"):

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import MOST_NUMBERS, Array, as_array
+from ...arguments import MOST_NUMBERS, Array, Integers, as_array
 from ...errors import DomainError, GeomintError, GeomintWarning
 from ...methods import Exact, Method
 from ...problems.declaration import unshared
@@ -48,7 +47,7 @@ class Members:
                 found[name] = np.array(values, dtype=np.float64)
         return found
 
-    def of(self, which: npt.NDArray[np.int64]) -> Members:
+    def of(self, which: Integers) -> Members:
         """Return some members, with problems of their own: nothing is shared that a run changes."""
         if len(self.problems) == 1:
             return Members((unshared(self.problems[0]),), self.states[which])
