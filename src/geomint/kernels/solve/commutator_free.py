@@ -35,7 +35,7 @@ def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratc
 
 
 @inlined
-def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h: float, v) -> None:
+def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h, v) -> None:
     """Write ``v = h Σ_j table[at + j] ξ_j``."""
     for r in range(algebra_rows):
         total = 0.0 * v[r]
@@ -61,7 +61,7 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
 
     @inlined
     def commutator_free(
-        generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
+        generator, maps, params, coefficients, substep: int, memory, work, t, h
     ) -> Step:
         """Build the stages and the update as moves: the differences of their values from the state.
 

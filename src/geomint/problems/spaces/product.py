@@ -9,7 +9,7 @@ from ...arguments import Array, Booleans
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from .conditions import both
-from .pieces import check_known
+from .pieces import Pieces, check_known
 from .space import Space
 
 __all__ = ["Product"]
@@ -52,7 +52,7 @@ class Product(Space):
         return self._factors
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """Those of the factors."""
         return tuple(piece for factor in self._factors for piece in factor.pieces)
 

@@ -17,7 +17,7 @@ from ...kernels.numbers.blocks import Block
 from ..forms import Group, GroupAction
 from ..groups import so3, so_n, translations
 from .conditions import brought_back, differences, tangent_part, written
-from .pieces import check_known, joined_pieces, piece_slices
+from .pieces import Pieces, check_known, joined_pieces, piece_slices
 from .repair import length
 
 __all__ = ["Space"]
@@ -87,7 +87,7 @@ class Space:
         return ()
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """Names and rows, in the order of the flat state."""
         raise NotImplementedError
 

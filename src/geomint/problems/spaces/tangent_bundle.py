@@ -10,7 +10,7 @@ from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from ..forms import Hamiltonian
 from .conditions import both
-from .pieces import check_known
+from .pieces import Pieces, check_known
 from .repair import PARALLEL, SILENT, length, repaired, warn
 from .space import Space
 from .sphere import Sphere
@@ -47,7 +47,7 @@ class TangentBundle(Space):
         return self.base.n
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """The point and the vector."""
         return (*self.base.pieces, (self.name, self.base.rows))
 
