@@ -17,6 +17,8 @@ from .errors import DomainError
 __all__ = [
     "MOST_NUMBERS",
     "Array",
+    "Booleans",
+    "Integers",
     "as_array",
     "as_vector",
     "by_name",
@@ -31,6 +33,8 @@ __all__ = [
 
 T = TypeVar("T")
 Array = npt.NDArray[np.float64]  # everywhere
+Integers = npt.NDArray[np.int64]
+Booleans = npt.NDArray[np.bool_]
 MOST = 2**53  # of a count: all of them are floats too, and so fit into what kernels read
 MOST_NUMBERS = 10**9  # of work and results: 8 GB
 SHORT = 16  # numbers that Python looks at faster than numpy

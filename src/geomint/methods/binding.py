@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import SpeedWarning, tell
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
@@ -49,8 +49,8 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
 
 def lane_field(
     field: Bound,
-    params: npt.NDArray[np.float64],
-    y: npt.NDArray[np.float64],
+    params: Array,
+    y: Array,
     work: int,
     compiled: bool,
 ) -> tuple[Bound, int]:
@@ -64,9 +64,7 @@ def lane_field(
     return _adapted(f, len(y), work).in_lanes, sum(_adapter_work(len(y), work)) // LANES
 
 
-def takes_lanes(
-    f: Bound, params: npt.NDArray[np.float64], compiled: bool, **blocks: npt.NDArray[np.float64]
-) -> bool:
+def takes_lanes(f: Bound, params: Array, compiled: bool, **blocks: Array) -> bool:
     """Tell whether a function takes eight numbers at once; if not, warn and say why.
 
     `blocks` are what it is tried on in plain Python, by name.

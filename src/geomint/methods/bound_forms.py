@@ -24,6 +24,7 @@ from .method import Start
 __all__ = [
     "action_of",
     "field_of",
+    "group_sizes",
     "hamiltonian_of",
     "maps_of",
     "piece_numbers",
@@ -72,6 +73,18 @@ def action_of(s: Start) -> tuple[Bound, Group, Array]:
     generator = generator_beside(action.generator, problem.clock, n, m)
     sizes = {"params": params, "y": n + 1, "xi": m + 1}
     return bind(generator, GENERATOR, **sizes), group_beside(action.group, n), np.append(s.y0, 0.0)
+
+
+def group_sizes(s: Start, group: Group, rows: int, stages: int) -> dict[str, int | Array]:
+    """Return what the coefficients of a method of groups hold beside its tableau."""
+    return {
+        "rows": rows,
+        "algebra_rows": group.algebra_rows,
+        "stages": stages,
+        "layout_rows": len(group.layout),
+        "field_work": s.problem.work,
+        "layout": group.layout,
+    }
 
 
 class Maps(NamedTuple):

@@ -10,7 +10,7 @@ from ..kernels.solve.commutator_free import (
 )
 from ..kernels.solve.compensated import compensated_state
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
-from .bound_forms import action_of, maps_of, unrolled
+from .bound_forms import action_of, group_sizes, maps_of, unrolled
 from .explicit import step_fraction, tableau_of
 from .method import Method, Start
 from .stepper import Stepper
@@ -61,12 +61,7 @@ class CommutatorFree(Method):
             functions=(generator, *maps.functions),
             coefficients=packed(
                 commutator_free_coefficients(len(group.layout), stages, len(table.numbers)),
-                rows=rows,
-                algebra_rows=m,
-                stages=stages,
-                layout_rows=len(group.layout),
-                field_work=work,
-                layout=group.layout,
+                **group_sizes(s, group, rows, stages),
                 c=table.classical.c_float,
                 flows=table.numbers,
             ),

@@ -14,7 +14,7 @@ from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_polynomial
 from ..references.literature import BUTCHER_1964, HLW_2006
-from ..tableaux import gauss_legendre
+from ..tableaux import GaussTableau, LobattoPair, gauss_legendre
 from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, unrolled
 from .gauss_newton import check_derivatives, newton_kernel
@@ -144,20 +144,27 @@ def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> 
     table = gauss_legendre(stages)
     width = LANES * groups
     at = lane_positions(stages, width)
-    # A substep is extrapolated from the one before it, the first from the last of the step before.
-    ratios = [lengths[i] / lengths[i - 1] for i in range(len(lengths))]
-    predictors = [
-        table.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else np.zeros((stages, stages))
-        for r in ratios
-    ]
     return MappingProxyType(
         {
             "c": spread_vector(table.c, at, width),
             "b": spread_vector(table.b, at, width),
             "mu": spread_columns(table.mu, at, width),
-            "predictors": np.concatenate([spread_columns(m, at, width) for m in predictors]),
+            "predictors": predictor_columns(table, lengths, at, width),
         }
     )
+
+
+def predictor_columns(
+    table: GaussTableau | LobattoPair, lengths: tuple[float, ...], at: list[int], width: int
+) -> Array:
+    """Return the matrices that extrapolate to each substep, in lanes and columns.
+
+    From the one before it, to the first from the last of the step before.
+    """
+    ratios = [lengths[i] / lengths[i - 1] for i in range(len(lengths))]
+    nothing = np.zeros((table.stages, table.stages))
+    known = [table.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else nothing for r in ratios]
+    return np.concatenate([spread_columns(m, at, width) for m in known])
 
 
 @functools.cache

@@ -18,7 +18,7 @@ from ..kernels.solve.lobatto import (
 )
 from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
-from .gauss import MAX_EXTRAPOLATION, spread_columns, spread_vector
+from .gauss import predictor_columns, spread_columns, spread_vector
 from .lane_hamiltonian import lane_hamiltonian
 from .method import Method, Start, iteration_tolerance
 from .rattle import MAX_UNROLLED_CONSTRAINTS, MAX_UNROLLED_ROWS
@@ -102,9 +102,6 @@ def _lane_coefficients(stages: int, lengths: tuple[float, ...]) -> Mapping[str, 
     """Return c, b, which stages are later than the first and which is last, matrices in columns."""
     pair = lobatto_pair(stages)
     at = lane_positions(stages)
-    ratios = [lengths[i] / lengths[i - 1] for i in range(len(lengths))]
-    nothing = np.zeros((stages, stages))
-    predictors = [pair.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else nothing for r in ratios]
     number = np.arange(stages)
     return MappingProxyType(
         {
@@ -115,7 +112,7 @@ def _lane_coefficients(stages: int, lengths: tuple[float, ...]) -> Mapping[str, 
             "mu": spread_columns(pair.mu, at, LANES),
             "nu": spread_columns(pair.nu, at, LANES),
             "impulses": spread_columns(pair.impulses, at, LANES),
-            "predictors": np.concatenate([spread_columns(m, at, LANES) for m in predictors]),
+            "predictors": predictor_columns(pair, lengths, at, LANES),
         }
     )
 

@@ -3,24 +3,19 @@
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple, Self
 
-import numpy as np
-import numpy.typing as npt
-
-from ..arguments import number
+from ..arguments import Array, number
 from ..errors import FormError, MethodError, nearest, quoted
-from ..kernels.compiling.bound import Bound
-from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import scalar_block
 from ..problems.evaluate import Rate, derivative
 from ..problems.problem import Problem
 from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
 from ..references.reference import Reference
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
-from .stepper import Between, Kernel, Stepper, filled_block
+from .stepper import Stepper, filled_block
 
 __all__ = ["Form", "Method", "Start"]
 
@@ -48,7 +43,7 @@ class Start(NamedTuple):
     """
 
     problem: Problem
-    y0: npt.NDArray[np.float64]
+    y0: Array
     t0: float
     h: float
     clock: bool = False
@@ -59,45 +54,25 @@ class Start(NamedTuple):
     functions: tuple[str, ...] = ()
 
     def stepper(
-        self,
-        y0: npt.NDArray[np.float64],
-        *,
-        kernel: Recorded,
-        functions: tuple[Bound, ...],
-        coefficients: Block,
-        memory: Iterable[int],
-        work: Iterable[int],
-        evaluations: float,
-        between: Between | None = None,
-        stages_in_lanes: bool = False,
-        lane_by_lane: bool = False,
-        otherwise: Callable[[], Kernel] | None = None,
-        ranked: bool = False,
+        self, y0: Array, *, memory: Iterable[int], work: Iterable[int], **own: Any
     ) -> Stepper:
         """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
 
-        See `geomint.methods.stepper.Stepper`; `memory` and `work` are layouts.
+        See `geomint.methods.stepper.Stepper`, whose other attributes are the method's `own`; `memory`
+        and `work` are layouts.
         """
         block = scalar_block(sum(memory))
         block.data[: len(y0)] = y0
         return Stepper(
-            kernel=kernel,
-            functions=functions,
             params=filled_block(self.problem.params),
-            coefficients=coefficients,
             fractions=filled_block(self.lengths, self.starts),
             memory=block,
             work=scalar_block(sum(work)),
             rows=self.problem.rows + self.clock,
             t0=self.t0,
             h=self.h,
-            evaluations=evaluations,
             compiled=self.compiled,
-            between=between,
-            stages_in_lanes=stages_in_lanes,
-            lane_by_lane=lane_by_lane,
-            otherwise=otherwise,
-            ranked=ranked,
+            **own,
         )
 
 
@@ -217,7 +192,7 @@ class Method(ABC):
     def default_step(
         self,
         problem: Problem,
-        y0: npt.NDArray[np.float64],
+        y0: Array,
         span: float,
         start: float = 0.0,
         rate_at: Rate = derivative,

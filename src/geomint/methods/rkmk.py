@@ -6,7 +6,7 @@ import functools
 from dataclasses import dataclass
 from fractions import Fraction
 from math import comb, factorial
-from typing import Any, Literal
+from typing import Literal
 
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
@@ -25,7 +25,7 @@ from ..references.literature import MUNTHE_KAAS_1999
 from ..tableaux import Tableau
 from .adaptive import Adaptive
 from .adaptive_stepper import controlled_stepper
-from .bound_forms import action_of, maps_of, unrolled
+from .bound_forms import action_of, group_sizes, maps_of, unrolled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
 from .method import Method, Start
 from .stepper import Stepper
@@ -140,7 +140,7 @@ class RKMK(Method):
             y0,
             kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
-            coefficients=packed(layout, **_sizes(s, group, rows, stages), **numbers),
+            coefficients=packed(layout, **group_sizes(s, group, rows, stages), **numbers),
             memory=compensated_state(rows),
             work=rkmk_work(rows, m, stages, s.problem.work, group_work),
             evaluations=stages,
@@ -161,18 +161,6 @@ class RKMK(Method):
             y0=y0,
             derivative_rows=m,
             layout=functools.partial(rkmk_coefficients, len(group.layout)),
-            sizes=_sizes(s, group, rows, stages),
+            sizes=group_sizes(s, group, rows, stages),
             work_rows=sum(rkmk_work(rows, m, stages, work, group_work)),
         )
-
-
-def _sizes(s: Start, group: Group, rows: int, stages: int) -> dict[str, Any]:
-    """Return what coefficients hold beside the tableau."""
-    return {
-        "rows": rows,
-        "algebra_rows": group.algebra_rows,
-        "stages": stages,
-        "layout_rows": len(group.layout),
-        "field_work": s.problem.work,
-        "layout": group.layout,
-    }

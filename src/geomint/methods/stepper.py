@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Integers
 from ..errors import (
     ConvergenceError,
     DeclarationError,
@@ -181,7 +180,7 @@ class Stepper:
         """The step that is taken or, by an adaptive method, tried next."""
         return self.h
 
-    def timed(self, steps: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+    def timed(self, steps: Integers, states: Array) -> tuple[Array, Array]:
         """Return the problem's own times of states after so many steps, and the states without them."""
         times: Array = self.t0 + self.h * steps  # type: ignore[assignment]
         return times, states

@@ -23,7 +23,7 @@ def field_beside(f: Recorded, rate: Recorded, rows: int) -> Recorded:
         f(params, t, state, fixed_rows(part(out, 0, rows), rows), work)
         out[rows] = rate(params, t, state, work)
 
-    return _named(beside, f)
+    return named_as(beside, f)
 
 
 @functools.cache
@@ -35,7 +35,7 @@ def generator_beside(f: Recorded, rate: Recorded, rows: int, algebra_rows: int) 
         f(params, t, state, fixed_rows(part(xi, 0, algebra_rows), algebra_rows), work)
         xi[algebra_rows] = rate(params, t, state, work)
 
-    return _named(beside, f)
+    return named_as(beside, f)
 
 
 def group_beside(group: Group, rows: int) -> Group:
@@ -43,6 +43,7 @@ def group_beside(group: Group, rows: int) -> Group:
     return replace(group, rows=rows) * translations(1)
 
 
-def _named(function: Any, f: Recorded) -> Recorded:
+def named_as(function: Any, f: Recorded) -> Recorded:
+    """Return a function recorded under the name of another one."""
     function.__name__ = function.__qualname__ = f.function.__name__
     return Recorded(function)

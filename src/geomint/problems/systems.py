@@ -9,16 +9,15 @@ from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel
 
+from ..arguments import Array
 from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 from .time_transformation import time_transformed
 
-Lift = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
+Lift = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class Reduction(Sendable):
     of: str
     name: str
     problem: Problem
-    state: npt.NDArray[np.float64]
+    state: Array
     lift: Lift
     condition: str
     quantities: tuple[str, ...] | None = None
@@ -68,7 +67,7 @@ class Model(Sendable):
     """
 
     problems: Mapping[str, Problem]
-    states: Mapping[str, npt.NDArray[np.float64]]
+    states: Mapping[str, Array]
     conditions: Mapping[str, str] = field(default_factory=dict)
     reductions: tuple[Reduction, ...] = ()
 

@@ -23,6 +23,7 @@ from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded, observable
 from ..kernels.numbers.arithmetic import like, log
 from ..kernels.numbers.blocks import part
+from .beside import named_as
 from .evaluate import derivative, value
 from .forms import GroupAction, Measure
 from .pace_of_state import pace, pace_parameters
@@ -108,8 +109,8 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
         problem,
         name=f"{problem.name}-by-{name}",
         params=np.concatenate((problem.params, more)),
-        field=None if field is None else _scaled_field(field, rate, own),
-        action=None if action is None else _scaled_action(action, rate, own),
+        field=field and _scaled_field(field, rate, own),
+        action=action and GroupAction(_scaled_field(action.generator, rate, own), action.group),
         hamiltonian=None,
         splitting=None,
         symplectic_form=None,
@@ -118,7 +119,10 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
         time="tau",
         clock=joint,
         measure=measure,
-        equations=(*problem.equations, f"d{_letter(problem)} = σ dτ,  σ: {name}"),
+        equations=(
+            *problem.equations,
+            f"d{'t' if problem.time == 't' else 'τ′'} = σ dτ,  σ: {name}",
+        ),
         invariants=named(problem.invariants),
         constraints=named(problem.constraints),
         observables=named(problem.observables),
@@ -130,10 +134,6 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
                 "clock", clock, f"a clock > 0 and finite at y0, where it is {there:g}"
             )
     return result
-
-
-def _letter(problem: Problem) -> str:
-    return "t" if problem.time == "t" else "τ′"
 
 
 def _rate_of(problem: Problem, clock: Any, state: Array | None) -> tuple[Recorded, Array]:
@@ -196,7 +196,7 @@ def _of_own(own: int | None, f: Recorded) -> Recorded:
         known = params if own is None else part(params, 0, own)
         return f(known, like(0.0, y[0]), y, work)
 
-    return _named(observed, f)
+    return named_as(observed, f)
 
 
 @functools.cache
@@ -206,7 +206,7 @@ def _written(f: Recorded, own: int) -> Recorded:
     def written(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         f(part(params, 0, own), like(0.0, y[0]), y, out, work)
 
-    return _named(written, f)
+    return named_as(written, f)
 
 
 @functools.cache
@@ -239,15 +239,4 @@ def _scaled_field(f: Recorded, rate: Recorded, own: int) -> Recorded:
         for i in range(len(out)):
             out[i] = sigma * out[i]
 
-    return _named(scaled, f)
-
-
-@functools.cache
-def _scaled_action(action: GroupAction, rate: Recorded, own: int) -> GroupAction:
-    """Return the action whose generator is σ ξ."""
-    return GroupAction(_scaled_field(action.generator, rate, own), action.group)
-
-
-def _named(function: Any, f: Recorded) -> Recorded:
-    function.__name__ = function.__qualname__ = f.function.__name__
-    return Recorded(function)
+    return named_as(scaled, f)

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Booleans
 from ..errors import DomainError
 from ..problems.problem import Problem
 from .level import Level
@@ -49,7 +48,7 @@ class _Points(NamedTuple):
     normals: Array
     log_density: Array
 
-    def where(self, chosen: npt.NDArray[np.bool_], other: _Points) -> _Points:
+    def where(self, chosen: Booleans, other: _Points) -> _Points:
         """Return other points where they are chosen."""
         pairs = zip(self, other, strict=True)
         shaped = (chosen.reshape(-1, *[1] * (x.ndim - 1)) for x in self)
@@ -128,7 +127,7 @@ class Chains:
         density = np.where(np.isfinite(density) & ~dependent, density, -np.inf)
         return _Points(states, normals, density)
 
-    def _move(self) -> tuple[npt.NDArray[np.bool_], Array]:
+    def _move(self) -> tuple[Booleans, Array]:
         """Move all chains once; return which have taken their steps, and of which lengths these are."""
         old = self.here
         lengths = self._rng.choice(LENGTHS, len(old.states), p=CHOSEN)
@@ -149,7 +148,7 @@ class Chains:
         self.here = old.where(taken, new)
         return taken, lengths
 
-    def _back(self, points: _Points, v: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def _back(self, points: _Points, v: Array) -> tuple[Array, Booleans]:
         """Return the points of the level along the normals from ``points + v``, where there are any.
 
         The first half of a step has to foretell, by a parabola, where the whole ends: else normals may

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array, finite, whole
+from ..arguments import Array, Booleans, finite, whole
 from ..errors import DomainError, GeomintError, GeomintWarning, nearest
 from ..problems.at_states import writer
 from ..problems.evaluate import value
@@ -80,9 +79,7 @@ class Level:
         with np.errstate(over="ignore", invalid="ignore"):  # ∞ is off too
             return np.asarray((found - self._wanted) / self.sizes)
 
-    def back(
-        self, ahead: Array, ways: Array, a: Array, on: float
-    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def back(self, ahead: Array, ways: Array, a: Array, on: float) -> tuple[Array, Booleans]:
         """Return ``a`` with ``ahead − a ways`` on the level, from what is given, and which are found.
 
         Parameters
@@ -100,14 +97,16 @@ class Level:
 
         By differences over 1e-6 of the ways, good to some 1e-10.
         """
-        moves = DIFFERENCE * ways
-        near = states[:, None, None, :] + np.array([1.0, -1.0])[:, None, None] * moves
-        shape = (len(states), 2, len(ways), self.conditions)
-        values = self.off(near.reshape(-1, states.shape[1])).reshape(shape)
-        rows: Array = (values[:, 0] - values[:, 1]) / (2.0 * DIFFERENCE)
-        return rows.transpose(0, 2, 1)
+        return self._differences(states, DIFFERENCE * ways[None]) / (2.0 * DIFFERENCE)
 
-    def nearest(self, states: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def _differences(self, states: Array, moves: Array) -> Array:
+        """Return ``off(states + moves) − off(states − moves)``: shape (states, conditions, moves)."""
+        near = states[:, None, None, :] + np.array([1.0, -1.0])[:, None, None] * moves[:, None]
+        shape = (len(states), 2, moves.shape[1], self.conditions)
+        values = self.off(near.reshape(-1, states.shape[1])).reshape(shape)
+        return np.asarray((values[:, 0] - values[:, 1]).transpose(0, 2, 1))
+
+    def nearest(self, states: Array) -> tuple[Array, Booleans]:
         """Return states on the level near others, and which of them are: Newton's, least changes."""
         z = states.copy()
         found = np.zeros(len(z), dtype=bool)
@@ -130,10 +129,8 @@ class Level:
 
     def _slopes(self, states: Array, sizes: Array) -> Array:
         """Return derivatives by differences over parts of each state's own size; 0 for no numbers."""
-        rows = states.shape[1]
-        near = np.eye(rows)[None, :, :] * (DIFFERENCE * sizes)[:, :, None]
-        ends = [self.off((states[:, None, :] + s * near).reshape(-1, rows)) for s in (1.0, -1.0)]
-        slopes = (ends[0] - ends[1]).reshape(len(states), rows, -1).transpose(0, 2, 1)
+        near = np.eye(states.shape[1])[None, :, :] * (DIFFERENCE * sizes)[:, :, None]
+        slopes = self._differences(states, near)
         slopes = slopes / (2.0 * DIFFERENCE * sizes)[:, :, None]
         return np.where(np.isfinite(slopes), slopes, 0.0)
 

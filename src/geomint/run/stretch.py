@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array, as_array
+from ..arguments import Array, Integers, as_array
 from ..errors import DomainError
 from ..problems.problem import Time
 from .variables import time_of
@@ -80,9 +79,7 @@ def stretch_of(solution: Solution, span: Any = None) -> Stretch:
     return _of_saved(solution, time, span)
 
 
-def with_times(
-    solution: Solution, stretch: Stretch, times: Array
-) -> tuple[Stretch, npt.NDArray[np.int64]]:
+def with_times(solution: Solution, stretch: Stretch, times: Array) -> tuple[Stretch, Integers]:
     """Return a stretch that has states at further times in its order, and which of its rows they are.
 
     Of a run that has no dense output the stretch itself, and the states nearest to these times.
@@ -162,7 +159,7 @@ def _of_steps(output: Output, time: Time) -> Stretch | None:
     return Stretch(time, known[chosen], output.times[chosen], output.states[chosen, :rows], True)
 
 
-def _thinned(times: Array, states: Array, rows: npt.NDArray[np.int64]) -> Any:
+def _thinned(times: Array, states: Array, rows: Integers) -> Any:
     """Return as few of the rows as lines may join, or None where all of them are too few."""
     if not _joined(times[rows], states[rows]):
         return None

@@ -188,7 +188,7 @@ STEPPED = replace(_ADVANCE, arguments=(("functions", ADDRESSES), *_ADVANCE.argum
 _WRITTEN: dict[Any, Kind] = {int: WHOLE, float: REAL}
 
 
-def of_header(recorded: Any, **others: Kind) -> Signature:
+def of_header(recorded, **others: Kind) -> Signature:
     """Return the signature that a kernel's header says: whole numbers, float64 ones, and else blocks.
 
     Arguments of other kinds are given by name. It returns nothing, or what a stepper returns.
@@ -201,7 +201,7 @@ def of_header(recorded: Any, **others: Kind) -> Signature:
     return Signature(tuple({**kinds, **others}.items()), result)
 
 
-def of_stepper(recorded: Any, **others: Kind) -> Signature:
+def of_stepper(recorded, **others: Kind) -> Signature:
     """Return the signature of what drives a stepper: it takes that, and all of its up to its rows."""
     taken = dict(STEPPED.arguments)
     names = [*taken][: [*taken].index("rows") + 1]

@@ -20,7 +20,7 @@ from numba.extending import (
 from . import arithmetic, circular
 from .double_double import DoubleDoubleBlock
 from .typing_blocks import BlockType
-from .typing_lanes import LANE_MASK, LANE_VALUE
+from .typing_lanes import LANE_MASK, LANE_VALUE, is_plain
 
 __all__ = ["DD_BLOCK", "DD_LANE_BLOCK", "DD_LANE_VALUE", "DD_VALUE"]
 
@@ -60,10 +60,6 @@ class DoubleDoubleModel(models.StructModel):
 
 def _is_dd(x) -> bool:
     return isinstance(x, DoubleDoubleType)
-
-
-def _is_number(x) -> bool:
-    return isinstance(x, types.Float | types.Integer)
 
 
 def _part(index: int):
@@ -218,7 +214,7 @@ def _binary(functions: list[Any], implementation) -> None:
                 return None
             if x == y:
                 return lambda x, y: implementation(x, y)
-            if all(_is_dd(z) or _is_number(z) or z == LANE_VALUE for z in (x, y)):
+            if all(_is_dd(z) or is_plain(z) for z in (x, y)):
                 return lambda x, y: implementation(_beside(x, y), _beside(y, x))
             return None
 
@@ -230,7 +226,7 @@ def _beside(value, other):
 @overload(_beside)
 def _overload_beside(value, other):
     """Return a number as a double-double one, or eight where another number is eight."""
-    if _is_number(value):
+    if is_plain(value) and value != LANE_VALUE:
         return lambda value, other: _beside(_pack(float(value), 0.0), other)
     if value == LANE_VALUE:
         return lambda value, other: _pack(value, 0.0 * value)

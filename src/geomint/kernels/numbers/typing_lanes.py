@@ -206,7 +206,7 @@ def _choice(chosen):
 # As instructions, not as Python branches: those would be inlined into the callers' own branches.
 @instruction(arithmetic.select)
 def _select(typingctx, condition, x, y):
-    if not (_plain(x) and _plain(y)):
+    if not (is_plain(x) and is_plain(y)):
         return None
     if condition != LANE_MASK and not isinstance(condition, types.Boolean):
         return None
@@ -216,7 +216,7 @@ def _select(typingctx, condition, x, y):
 
 @instruction(arithmetic.maximum)
 def _maximum(typingctx, x, y):
-    if not (_plain(x) and _plain(y)):
+    if not (is_plain(x) and is_plain(y)):
         return None
     return _common_type(x, y)(x, y), _choice(emit_larger)
 
@@ -285,7 +285,7 @@ def _overload_unary(function, vector, scalar=None) -> None:
     def choose(x):
         if x == LANE_VALUE:
             return lambda x: vector(x)
-        if scalar is not None and _plain(x):
+        if scalar is not None and is_plain(x):
             return lambda x: scalar(x)
         return None
 
@@ -319,13 +319,13 @@ def _overload_abs(x):
     return (lambda x: _vector_abs(x)) if x == LANE_VALUE else None
 
 
-def _plain(x) -> bool:
+def is_plain(x) -> bool:
     return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 
 @overload(arithmetic.maximum, inline="always")
 def _overload_maximum(x, y):
-    if _plain(x) and _plain(y):
+    if is_plain(x) and is_plain(y):
         return None
     return lambda x, y: arithmetic.select(x > y, x, arithmetic.select(x >= x, y, x))
 
@@ -337,7 +337,7 @@ def _like(typingctx, value, example):
             return args[0]
         return _as_vector(context, builder, value, args[0])
 
-    if not _plain(example):
+    if not is_plain(example):
         return None
     return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
 
@@ -359,14 +359,14 @@ _overload_but(arithmetic.magnitude, "count", lambda x: abs(x))
 def _overload_lane(x, index):
     if x == LANE_VALUE:
         return lambda x, index: extract_lane(x, index)
-    return (lambda x, index: x) if _plain(x) else None
+    return (lambda x, index: x) if is_plain(x) else None
 
 
 @overload(arithmetic.top)
 def _overload_top(x):
     if x == LANE_VALUE:
         return lambda x: _top(x)
-    return (lambda x: x) if _plain(x) else None
+    return (lambda x: x) if is_plain(x) else None
 
 
 @overload(arithmetic.total)

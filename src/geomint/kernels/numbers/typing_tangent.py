@@ -23,7 +23,7 @@ from .instruction import instruction
 from .tangent import as_tangents, tangent_block, tangent_lane_block
 from .typing_bases import Instructions
 from .typing_blocks import BlockType, other_rows
-from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes
+from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes, is_plain
 
 __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
 
@@ -93,10 +93,6 @@ def _is_tangent(x) -> bool:
     return isinstance(x, TangentType)
 
 
-def _is_plain(x) -> bool:
-    return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
-
-
 def _is_eight(x) -> bool:
     return getattr(x, "base", x) == LANE_VALUE
 
@@ -104,7 +100,7 @@ def _is_eight(x) -> bool:
 def _joined(*given) -> TangentType | None:
     """Return the type of what numbers give, one of them a tangent one; None if they do not fit."""
     tangents = [x for x in given if _is_tangent(x)]
-    if not tangents or not all(_is_tangent(x) or _is_plain(x) for x in given):
+    if not tangents or not all(_is_tangent(x) or is_plain(x) for x in given):
         return None
     first = next((x for x in tangents if _is_eight(x)), tangents[0])
     eight = any(_is_eight(x) for x in given)

@@ -19,7 +19,7 @@ from collections import namedtuple
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.blocks import REST, part, section, sections
 from .compensated import add_compensated
-from .status import OK, STEP_TOO_SMALL
+from .status import OK, STEP_TOO_SMALL, Step, Steps
 from .step_control import error_size, logarithm, next_factor, retry_factor
 
 __all__ = ["adaptive_coefficients", "adaptive_memory", "adaptive_stepper", "adaptive_work"]
@@ -59,7 +59,7 @@ def adaptive_work(n: int, derivative_rows: int, attempt: int) -> Work:
 
 def _step(attempt: Recorded) -> Recorded:
     @helper
-    def step(functions, params, coefficients, memory, work, rows: int) -> tuple[int, int, float]:
+    def step(functions, params, coefficients, memory, work, rows: int) -> Step:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
         given = sections(coefficients, adaptive_coefficients(n, REST))
@@ -134,7 +134,7 @@ def adaptive_stepper(attempt: Recorded) -> Recorded:
     def advance(
         functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
         first: int, count: int, every: int, out, ranks,
-    ) -> tuple[int, int, int, float]:  # fmt: skip
+    ) -> Steps:  # fmt: skip
         """Take up to `count` steps, none beyond the end; write every `every`-th state and the end's.
 
         Arguments and results are those of `geomint.kernels.solve.advance`, but that time and step

@@ -14,7 +14,7 @@ from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
 from ..numbers.arithmetic import top
 from .ranks import keep, rank
-from .status import OK
+from .status import OK, Steps
 
 
 def stepper(step: Recorded) -> Recorded:
@@ -25,7 +25,7 @@ def stepper(step: Recorded) -> Recorded:
     def advance(
         functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
         first: int, count: int, every: int, out, ranks,
-    ) -> tuple[int, int, int, float]:  # fmt: skip
+    ) -> Steps:  # fmt: skip
         """Take `count` steps and write every `every`-th state into `out`.
 
         Parameters

@@ -11,6 +11,7 @@ from ..compiling.number_types import SCALAR
 from ..compiling.recorded import helper
 from ..compiling.signatures import STEPPED, Signature, advance
 from ..numbers.addresses import functions_at, stepper_at
+from .status import Steps
 
 
 @functools.cache
@@ -26,7 +27,7 @@ def by_address(functions: tuple[Signature, ...]) -> Bound:
     def steps(
         functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
         first: int, count: int, every: int, out, ranks,
-    ) -> tuple[int, int, int, float]:  # fmt: skip
+    ) -> Steps:  # fmt: skip
         return stepper_at(functions, kind)(
             functions_at(functions, kind), params, coefficients, fractions, memory, work, rows, t0,
             h, first, count, every, out, ranks,

@@ -8,7 +8,7 @@ from ..numbers.arithmetic import like, maximum, top
 from ..numbers.blocks import REST, part, section, sections
 from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
-from .status import NOT_FINITE, OK
+from .status import NOT_FINITE, OK, Step
 
 __all__ = ["commutator_free_coefficients", "commutator_free_stepper", "commutator_free_work"]
 
@@ -35,7 +35,7 @@ def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratc
 
 
 @inlined
-def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h: float, v) -> None:
+def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h, v) -> None:
     """Write ``v = h Σ_j table[at + j] ξ_j``."""
     for r in range(algebra_rows):
         total = 0.0 * v[r]
@@ -61,8 +61,8 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
 
     @inlined
     def commutator_free(
-        generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
-    ) -> tuple[int, int, float]:
+        generator, maps, params, coefficients, substep: int, memory, work, t, h
+    ) -> Step:
         """Build the stages and the update as moves: the differences of their values from the state.
 
         Summed before they are added to the state, moves lose nothing to its rounding.

@@ -40,7 +40,7 @@ from .sign_changes import (
     verdict,
     write_weights,
 )
-from .status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, OK
+from .status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, OK, Steps
 
 __all__ = ["EVENTS", "MOST_IN_STEP", "NODES", "NOTE", "SCRATCH"]
 
@@ -193,7 +193,7 @@ def find(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
     whole, begun, inside, places, known, event, component: int, y, free, direction: int, states,
     times, memories, before, first: int, signs, scratch, note, room: int, out,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write the events between nodes, from node `first` on: time, direction, state.
 
     Parameters

@@ -30,7 +30,7 @@ from .fixed_point import (
     rounding_left,
     solved,
 )
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .status import NOT_CONVERGED, NOT_FINITE, OK, Step
 
 __all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work", "scales_by"]
 
@@ -182,7 +182,7 @@ inverse_scales = scales_by(magnitude)
 def gauss_step(
     functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
     rows: int,
-) -> tuple[int, int, float]:  # fmt: skip
+) -> Step:  # fmt: skip
     """Solve for the stages by fixed-point iteration and add the update.
 
     Where what is extrapolated from the last step is no state of the field's, the iteration begins anew

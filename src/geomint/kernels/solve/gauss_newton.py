@@ -37,7 +37,7 @@ from .stage_equations import (
     write_lack,
 )
 from .stage_jacobians import jacobian_evaluations
-from .status import NOT_CONVERGED, OK
+from .status import NOT_CONVERGED, OK, Step
 
 __all__ = ["newton_stepper"]
 
@@ -49,7 +49,7 @@ TRIES = 3  # times the cap on iterations: for all of continuation together
 @inlined
 def simplified(
     field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
-) -> tuple[int, int, float]:
+) -> Step:
     """Solve for L with one Jacobian."""
     cap, patience = int(s.numbers.cap[0]), int(s.numbers.patience[0])
     for i in range(groups * rows):
@@ -81,7 +81,7 @@ def simplified(
 @inlined
 def damped(
     field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
-) -> tuple[int, int, float]:
+) -> Step:
     """Solve for L from where it is, with the Jacobian of each stage."""
     cap = int(s.numbers.cap[0])
     kept, step = s.real, s.imaginary
@@ -124,7 +124,7 @@ def damped(
 @inlined
 def continued(
     field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
-) -> tuple[int, int, float]:
+) -> Step:
     """Solve for L from 0, or from the increments of a shorter step, as long as need be."""
     most = TRIES * int(s.numbers.cap[0])
     for i in range(groups * rows):
@@ -166,7 +166,7 @@ def roughness(coefficients, substep: int, s, groups: int, rows: int) -> float:
 def newton_step(
     functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
     rows: int,
-) -> tuple[int, int, float]:  # fmt: skip
+) -> Step:  # fmt: skip
     """Take the step of the fixed-point iteration where it contracts, and else by Newton's method.
 
     Jacobians count as so many iterations as they take evaluations of the field.

@@ -29,7 +29,7 @@ from .stage_equations import (
     write_jacobians,
     write_lack,
 )
-from .status import NOT_CONVERGED, OK
+from .status import NOT_CONVERGED, OK, Step
 
 __all__ = ["ended", "plain_scales", "size_of_change", "size_of_vector", "slopes_solved"]
 
@@ -123,7 +123,7 @@ def ended(
 @inlined
 def slopes_solved(
     field, jacobians, params, s, t: float, h: float, cap: int, groups: int, rows: int
-) -> tuple[int, int, float]:
+) -> Step:
     """Solve for the derivatives of L, which is solved for and stays as it is.
 
     The equations are linear: corrections fall until they are rounding, however large that is.

@@ -74,7 +74,7 @@ def conditioning(event, params, free, t: float, y, own: bool) -> float:
 @helper
 def begin(orbit, node: int) -> None:
     """Take the whole step from a node, on which partial ones begin, unless it is known."""
-    note, t, size = orbit.note, orbit.times[node], len(orbit.whole)
+    note, size = orbit.note, len(orbit.whole)
     if note[4] == node:
         return
     note[4] = node
@@ -82,10 +82,7 @@ def begin(orbit, node: int) -> None:
         for i in range(size):
             orbit.whole[i] = orbit.memories[node * size + i]
     elif len(orbit.table) > 0:
-        whole_step(
-            orbit.advance, orbit.functions, orbit.params, orbit.begun, orbit.fractions, orbit.whole,
-            orbit.work, orbit.rows, orbit.states, node * orbit.rows, t, orbit.times[node + 1] - t,
-        )  # fmt: skip
+        whole_step(orbit, node, orbit.times[node + 1] - orbit.times[node])
 
 
 @helper
@@ -101,11 +98,8 @@ def real_value(orbit, node: int, theta: float) -> float:
         note[5] = -1.0
     else:
         near = note[5] == node and abs(theta - note[6]) < NEARBY * note[6]
-        status, iterations, residual = one_step(
-            orbit.advance, orbit.functions, orbit.params, orbit.coefficients, orbit.fractions,
-            memory, orbit.work, rows, orbit.write, orbit.table, memory if near else orbit.whole,
-            orbit.states, node * rows, t, theta * h, theta / note[6] if near else theta,
-        )  # fmt: skip
+        known, part_of = (memory, theta / note[6]) if near else (orbit.whole, theta)
+        status, iterations, residual = one_step(orbit, node, known, theta * h, part_of)
         note[5], note[6] = node, theta
         if status != OK:
             note[0], note[1], note[2], note[3] = status, iterations, residual, theta

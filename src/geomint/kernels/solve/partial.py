@@ -6,11 +6,13 @@ is asked for. The stepper's loop is handed over by its address: nothing of a met
 and these kernels are the same for all methods.
 """
 
+from collections import namedtuple
+
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper, inlined
 from ..compiling.signatures import VALUE, of_header, of_stepper
 from ..numbers.blocks import part
-from .status import OK
+from .status import OK, Step, Steps
 
 __all__ = [
     "PARTIAL",
@@ -41,41 +43,44 @@ def none(memory, table, rows: int, out) -> None:
     """Write nothing: where there is no polynomial."""
 
 
+# What takes steps from nodes, and how they begin.
+Drive = namedtuple(
+    "Drive",
+    "advance functions params coefficients fractions memory work rows write table whole begun states "
+    "times",
+)
+
+
 @inlined
-def whole_step(
-    advance, functions, params, coefficients, fractions, memory, work, rows: int, states, at: int,
-    t: float, h: float,
-) -> int:  # fmt: skip
-    """Leave in `memory` what a step of length h leaves, from the state in row `at` of states on."""
-    for r in range(len(memory)):
-        memory[r] = 0.0
-    for r in range(rows):
-        memory[r] = states[at + r]
-    status, _, _, _ = advance(
-        functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, work,
-        part(fractions, 0, 0),
+def whole_step(s, node: int, h: float) -> None:
+    """Leave in the `whole` memory what a step of length h leaves, from a node on; 0 if it fails."""
+    whole, at = s.whole, node * s.rows
+    for r in range(len(whole)):
+        whole[r] = 0.0
+    for r in range(s.rows):
+        whole[r] = s.states[at + r]
+    status, _, _, _ = s.advance(
+        s.functions, s.params, s.begun, s.fractions, whole, s.work, s.rows, s.times[node], h, 0, 1, 2,
+        s.work, part(s.fractions, 0, 0),
     )  # fmt: skip
     if status != OK:
-        for r in range(len(memory)):
-            memory[r] = 0.0
-    return status
+        for r in range(len(whole)):
+            whole[r] = 0.0
 
 
 @inlined
-def one_step(
-    advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, states, at: int, t: float, h: float, theta: float,
-) -> tuple[int, int, float]:  # fmt: skip
-    """Leave in `memory` what a step of length h leaves, begun on what the `whole` one remembers."""
+def one_step(s, node: int, known, h: float, theta: float) -> Step:
+    """Leave in `memory` what a step of length h from a node leaves, begun on what is `known` of it."""
+    memory, rows, at = s.memory, s.rows, node * s.rows
     for r in range(rows):
-        memory[r] = states[at + r]
+        memory[r] = s.states[at + r]
         memory[rows + r] = 0.0
     for r in range(2 * rows, len(memory)):
-        memory[r] = whole[r]
-    write(coefficients, table, theta)
-    status, _, iterations, residual = advance(
-        functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, work,
-        part(fractions, 0, 0),
+        memory[r] = known[r]
+    s.write(s.coefficients, s.table, theta)
+    status, _, iterations, residual = s.advance(
+        s.functions, s.params, s.coefficients, s.fractions, memory, s.work, rows, s.times[node], h, 0,
+        1, 2, s.work, part(s.fractions, 0, 0),
     )  # fmt: skip
     return status, iterations, residual
 
@@ -84,7 +89,7 @@ def one_step(
 def partial(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
     whole, begun, span: float, states, times, nodes, lengths, count: int, out,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write `count` states, each by a step of its length from its node; one of length 0 is the node.
 
     Parameters
@@ -102,26 +107,23 @@ def partial(
     -------
     status, done, iterations, residual
     """
+    drive = Drive(
+        advance, functions, params, coefficients, fractions, memory, work, rows, write, table, whole,
+        begun, states, times,
+    )  # fmt: skip
     last = -1
     length = span
     for i in range(count):
         node = int(nodes[i])
-        at = node * rows
         if lengths[i] == 0.0:
             for r in range(rows):
-                out[i * rows + r] = states[at + r]
+                out[i * rows + r] = states[node * rows + r]
             continue
         if node != last and len(table) > 0:
             length = times[node + 1] - times[node] if node + 1 < len(times) else span
-            whole_step(
-                advance, functions, params, begun, fractions, whole, work, rows,
-                states, at, times[node], length,
-            )  # fmt: skip
+            whole_step(drive, node, length)
         last = node
-        status, iterations, residual = one_step(
-            advance, functions, params, coefficients, fractions, memory, work, rows,
-            write, table, whole, states, at, times[node], lengths[i], lengths[i] / length,
-        )  # fmt: skip
+        status, iterations, residual = one_step(drive, node, whole, lengths[i], lengths[i] / length)
         if status != OK:
             return status, i, iterations, residual
         for r in range(rows):
@@ -172,7 +174,7 @@ def to_clock(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
     whole, begun, span: float, polynomial, powers, rate, states, times, nodes, wanted, roundings,
     count: int, scratch, lengths, out,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write `count` states at times of the clock, their last row, and how long the steps to them are.
 
     Newton's iteration for the length, the derivative being the clock's `rate`; the best state is kept,
@@ -186,12 +188,15 @@ def to_clock(
         Times of the clock, and how near is near enough: implicit steps of a length in the last bits of
         the time would only add noise.
     """
+    drive = Drive(
+        advance, functions, params, coefficients, fractions, memory, work, rows, write, table, whole,
+        begun, states, times,
+    )  # fmt: skip
     last = -1
     length, end, pace, end_pace = span, 0.0, 0.0, 0.0
     for i in range(count):
         node = int(nodes[i])
-        at = node * rows
-        known = part(states, at, rows)
+        known = part(states, node * rows, rows)
         row = part(out, i * rows, rows)
         for r in range(rows):
             row[r] = known[r]
@@ -200,10 +205,7 @@ def to_clock(
         if smallest > roundings[i]:
             if node != last:
                 length = times[node + 1] - times[node] if node + 1 < len(times) else span
-                whole_step(
-                    advance, functions, params, begun, fractions, whole, work, rows,
-                    states, at, times[node], length,
-                )  # fmt: skip
+                whole_step(drive, node, length)
                 end = whole[rows - 1]
                 pace = rate(params, times[node], part(known, 0, rows - 1), scratch)
                 end_pace = rate(params, times[node] + length, part(whole, 0, rows - 1), scratch)
@@ -218,9 +220,8 @@ def to_clock(
             theta = far / length
             for k in range(CLOCK_CAP):
                 status, iterations, residual = one_step(
-                    advance, functions, params, coefficients, fractions, memory, work, rows,
-                    write, table, whole if k == 0 else memory, states, at, times[node], far, theta,
-                )  # fmt: skip
+                    drive, node, whole if k == 0 else memory, far, theta
+                )
                 if status != OK:
                     lengths[i] = far
                     return status, i, iterations, residual

@@ -9,7 +9,7 @@ from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
 from .rattle import Coefficients, rattle_stepper
 from .small_matrices import across, along, contract, largest, lost_rank, solve_small
-from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
+from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK, Step
 
 __all__ = [
     "separable_rattle_memory",
@@ -60,7 +60,7 @@ def displace(q, carry, step, lam, own: Work, n: int, m: int) -> None:
 @helper
 def project_on_manifold(
     constraint, params, given: Coefficients, q, carry, step, lam, own: Work, n: int, m: int
-) -> tuple[int, int, float]:
+) -> Step:
     """Find λ with ``g(q + free − h²/2 M⁻¹G(q)ᵀλ) = 0`` by Newton's method, started from `lam`.
 
     Writes λ, the `increment` of q, the new q rounded (`Q`) and its Jacobian `G1`. The part `rest`
@@ -107,7 +107,7 @@ def project_on_manifold(
 @inlined
 def separable_rattle_step(
     functions, params, given: Coefficients, memory, work, t: float, h: float, n: int, m: int
-) -> tuple[int, int, float]:
+) -> Step:
     """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.27).
 
     ::

@@ -10,7 +10,7 @@ from ..numbers.blocks import REST, part, section, sections
 from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
-from .status import NOT_FINITE, OK, OUTSIDE_CHART
+from .status import NOT_FINITE, OK, OUTSIDE_CHART, Step
 
 __all__ = [
     "dexpinv_series",
@@ -106,7 +106,7 @@ def dexpinv_series(
 
 
 @inlined
-def stage_value(act, table, i: int, y, carry, own: Work, h: float, n: int, m: int) -> None:
+def stage_value(act, table, i: int, y, carry, own: Work, h, n: int, m: int) -> None:
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
     if i == 0:
         for r in range(n):
@@ -121,19 +121,7 @@ def stage_value(act, table, i: int, y, carry, own: Work, h: float, n: int, m: in
 
 @inlined
 def write_stages(
-    generator,
-    act,
-    inverse,
-    params,
-    table,
-    y,
-    carry,
-    own: Work,
-    t: float,
-    h: float,
-    known: int,
-    n: int,
-    m: int,
+    generator, act, inverse, params, table, y, carry, own: Work, t, h, known: int, n: int, m: int
 ) -> None:
     """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `own` before them.
 
@@ -154,9 +142,7 @@ def write_stages(
 
 
 @inlined
-def diagnose(
-    generator, act, params, table, y, carry, own: Work, t: float, h: float, m: int
-) -> tuple[int, float]:
+def diagnose(generator, act, params, table, y, carry, own: Work, t, h, m: int) -> tuple[int, float]:
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
     # Inlined: code in which a function is handed over by its address cannot be kept on disk.
     n = len(y)
@@ -191,9 +177,7 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
     """
 
     @inlined
-    def rkmk(
-        generator, maps, params, coefficients, substep: int, memory, work, t: float, h: float
-    ) -> tuple[int, int, float]:
+    def rkmk(generator, maps, params, coefficients, substep: int, memory, work, t, h) -> Step:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
         act, inverse = maps
         table = table_of(coefficients)

@@ -10,7 +10,7 @@ from ..numbers.blocks import REST, part, section, sections
 from .adaptive import adaptive_stepper, adaptive_work
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
-from .status import NOT_FINITE, OK
+from .status import NOT_FINITE, OK, Step
 
 __all__ = [
     "HUGE",
@@ -48,7 +48,7 @@ def runge_kutta_work(rows: int, stages: int, field_work: int) -> Work:
 
 
 @inlined
-def combine(weights, k, h: float, zero, out, rows: int) -> None:
+def combine(weights, k, h, zero, out, rows: int) -> None:
     """Write ``h Σ_j weights[j] k_j``; `k` holds the vectors of `rows` one after the other.
 
     `zero` is the number 0 of the right kind.
@@ -72,7 +72,7 @@ def largest(block, rows: int) -> Any:
 
 @inlined
 def runge_kutta_stages(
-    field, params, table, y, carry, own: Work, t: float, h: float, known: int, rows: int
+    field, params, table, y, carry, own: Work, t, h, known: int, rows: int
 ) -> None:
     """Write ``k_i = f(t + c_i h, y + h Σ_j a_ij k_j)``; the first `known` of them are there already.
 
@@ -96,9 +96,7 @@ def runge_kutta_stepper(rows: int) -> Recorded:
     """
 
     @helper
-    def runge_kutta_step(
-        functions, params, coefficients, substep: int, memory, work, t: float, h: float
-    ) -> tuple[int, int, float]:
+    def runge_kutta_step(functions, params, coefficients, substep: int, memory, work, t, h) -> Step:
         """Add ``h Σ b_i k_i`` to the compensated state."""
         table = table_of(coefficients)
         n = rows if rows > 0 else int(table.rows[0])
@@ -122,17 +120,7 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
 
     @helper
     def runge_kutta_attempt(
-        functions,
-        params,
-        numbers,
-        reuse: int,
-        y,
-        carry,
-        first,
-        known: int,
-        work,
-        t: float,
-        h: float,
+        functions, params, numbers, reuse: int, y, carry, first, known: int, work, t, h
     ) -> tuple[int, float]:
         """Write ``h Σ b_i k_i``, its estimated errors and k_s, see `geomint.kernels.solve.adaptive`.
 

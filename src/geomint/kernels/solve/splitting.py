@@ -8,7 +8,7 @@ from ..numbers.arithmetic import like, maximum, top
 from ..numbers.blocks import REST, sections
 from .advance import stepper
 from .compensated import add_compensated
-from .status import NOT_FINITE, OK
+from .status import NOT_FINITE, OK, Step
 
 __all__ = ["SPLITTING", "splitting_memory", "splitting_stepper", "splitting_work"]
 
@@ -32,9 +32,7 @@ def splitting_work(rows: int, scratch: int) -> Work:
 
 
 @helper
-def splitting_step(
-    functions, params, coefficients, substep: int, memory, work, t: float, h: float
-) -> tuple[int, int, float]:
+def splitting_step(functions, params, coefficients, substep: int, memory, work, t, h) -> Step:
     """Compose ``φ_0(h/2) … φ_(m−2)(h/2) φ_(m−1)(h) φ_(m−2)(h/2) … φ_0(h/2)``.
 
     All flows get the middle of the step as their time. Of a composition the half flows of part 0 at

@@ -10,3 +10,6 @@ EVENT_NOT_FINITE = 6  # what an event is the zero of
 EVENT_UNCLEAR = 7  # it is not smooth enough to tell how often it is zero
 CHATTER = 8  # more events in a step than can be meant
 LOST_RANK = 9  # constraints depend on each other
+
+Step = tuple[int, int, float]  # status, iterations, residual
+Steps = tuple[int, int, int, float]  # status, steps, iterations, residual

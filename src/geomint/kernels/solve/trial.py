@@ -7,7 +7,7 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import helper
 from ..compiling.signatures import of_header, of_stepper
 from ..numbers.blocks import part
-from .status import OK
+from .status import OK, Steps
 
 __all__ = ["PARTING", "TRIAL"]
 
@@ -50,7 +50,7 @@ def trial(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, t: float,
     h: float, shorter: float, coarse: int, fine: int, out, count: int, factor: float, y0, ends,
     sizes, errors,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write `count` states of a run by steps `h`, and of one by `shorter` ones, and how they part.
 
     States are those after every `coarse` steps, and `fine` shorter ones.

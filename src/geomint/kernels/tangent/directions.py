@@ -7,7 +7,7 @@ stages that the next iteration begins with, is turned with the directions.
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import fma, total
 from ..numbers.blocks import as_lanes, part
-from ..solve.status import OK
+from ..solve.status import OK, Steps
 from .layout import Kept, Sizes, Work, lanes_for
 from .near_identity import log_volume
 from .normals import enlarge_scales, write_normals
@@ -47,7 +47,7 @@ def gather(s: Sizes, plain) -> None:
 def carry(
     method, t0: float, h: float, before: int, steps: int, s: Sizes, kept: Kept, numbers, plain,
     scratch, D,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Write what some steps add to each direction; return what the stepper returns.
 
     `method` is what takes a step: (kernel, functions, params, coefficients, fractions). `plain` are

@@ -12,7 +12,7 @@ from ..compiling.recorded import helper
 from ..numbers.arithmetic import sqrt
 from ..numbers.blocks import sections
 from ..solve.compensated import add_compensated
-from ..solve.status import NOT_FINITE, OK
+from ..solve.status import NOT_FINITE, OK, Steps
 from .directions import carry, gather, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
 from .near_identity import log_one_plus
@@ -27,7 +27,7 @@ def growth(
     kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
     plain, scratch, conditions, conditions_plain, t0: float, h: float, first: int, times: int,
     steps: int, sums, carries, second,
-) -> tuple[int, int, int, float]:  # fmt: skip
+) -> Steps:  # fmt: skip
     """Add to `sums` the logarithms by which directions grow, with `carries` of the sums.
 
     Parameters

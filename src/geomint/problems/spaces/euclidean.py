@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from ...arguments import switch
+from .pieces import Pieces
 from .space import Space
 
 __all__ = ["Euclidean"]
@@ -31,7 +32,7 @@ class Euclidean(Space):
         super().__post_init__()
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """One piece."""
         return ((self.name, self.n),)
 

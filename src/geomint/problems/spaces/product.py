@@ -4,13 +4,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array
+from ...arguments import Array, Booleans
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from .conditions import both
-from .pieces import check_known
+from .pieces import Pieces, check_known
 from .space import Space
 
 __all__ = ["Product"]
@@ -53,7 +52,7 @@ class Product(Space):
         return self._factors
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """Those of the factors."""
         return tuple(piece for factor in self._factors for piece in factor.pieces)
 
@@ -104,10 +103,10 @@ class Product(Space):
         """Return the state, each factor by itself."""
         return np.concatenate([f._admitted(y[row : row + f.rows]) for f, row in self._placed()])
 
-    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+    def settled(self, states: Array) -> Booleans:
         """Tell of which every factor says so."""
         told = [f.settled(states[:, row : row + f.rows]) for f, row in self._placed()]
-        found: npt.NDArray[np.bool_] = np.logical_and.reduce(told)
+        found: Booleans = np.logical_and.reduce(told)
         return found
 
     def project(self, **components: Any) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 from ...arguments import Array, as_array, as_vector
 from ...errors import DomainError
 from ...kernels.groups.so_n import unpack_skew
+from .pieces import Pieces
 from .repair import SILENT
 from .space import Space
 
@@ -32,7 +33,7 @@ class Skew(Space):
     codes = ("adjoint",)
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """One piece of n(n − 1)/2 rows."""
         return ((self.name, self.n * (self.n - 1) // 2),)
 

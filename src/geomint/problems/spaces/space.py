@@ -9,16 +9,15 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar, cast
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array, as_vector, check_name, whole
+from ...arguments import Array, Booleans, as_vector, check_name, whole
 from ...errors import DomainError, FormError
 from ...kernels.compiling.recorded import Recorded, field
 from ...kernels.numbers.blocks import Block
 from ..forms import Group, GroupAction
 from ..groups import so3, so_n, translations
 from .conditions import brought_back, differences, tangent_part, written
-from .pieces import check_known, joined_pieces, piece_slices
+from .pieces import Pieces, check_known, joined_pieces, piece_slices
 from .repair import length
 
 __all__ = ["Space"]
@@ -88,7 +87,7 @@ class Space:
         return ()
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """Names and rows, in the order of the flat state."""
         raise NotImplementedError
 
@@ -138,12 +137,12 @@ class Space:
 
     _admitted = admit
 
-    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+    def settled(self, states: Array) -> Booleans:
         """Tell of many flat states, one a row, which `admit` surely returns as they are, to the bit.
 
         What is quickly told of all at once; of others `admit` tells.
         """
-        found: npt.NDArray[np.bool_] = np.zeros(len(states), dtype=bool)
+        found: Booleans = np.zeros(len(states), dtype=bool)
         if type(self).admit is Space.admit:
             found[:] = np.isfinite(states).all(axis=1)
         return found

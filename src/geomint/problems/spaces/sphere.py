@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array, as_vector
+from ...arguments import Array, Booleans, as_vector
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded, observable
 from .repair import SILENT, length, repaired, warn
@@ -75,11 +74,11 @@ class Sphere(Orthonormal):
         said = f"|{self.name}|² − 1"
         return repaired(self.name, y, defect, said, "a unit vector", lambda: y / size)
 
-    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+    def settled(self, states: Array) -> Booleans:
         """Tell which are unit vectors, to half of what is silent."""
         with np.errstate(all="ignore"):
             defects = np.abs((states * states).sum(axis=1) - 1.0)
-        found: npt.NDArray[np.bool_] = defects <= 0.5 * SILENT
+        found: Booleans = defects <= 0.5 * SILENT
         return found
 
     def leaning(self, y: Array, v: Array) -> float:

@@ -10,6 +10,7 @@ from ...arguments import Array, as_vector, whole
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded, field, observable
 from ...kernels.numbers.arithmetic import sqrt
+from .pieces import Pieces
 from .repair import PARALLEL, SILENT, repaired, warn
 from .space import Space
 
@@ -28,7 +29,7 @@ class Orthonormal(Space):
         raise NotImplementedError
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """One piece, vector after vector."""
         return ((self.name, self.vectors * self.n),)
 

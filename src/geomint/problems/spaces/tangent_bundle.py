@@ -4,14 +4,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array, as_vector
+from ...arguments import Array, Booleans, as_vector
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from ..forms import Hamiltonian
 from .conditions import both
-from .pieces import check_known
+from .pieces import Pieces, check_known
 from .repair import PARALLEL, SILENT, length, repaired, warn
 from .space import Space
 from .sphere import Sphere
@@ -48,7 +47,7 @@ class TangentBundle(Space):
         return self.base.n
 
     @property
-    def pieces(self) -> tuple[tuple[str, int], ...]:
+    def pieces(self) -> Pieces:
         """The point and the vector."""
         return (*self.base.pieces, (self.name, self.base.rows))
 
@@ -128,10 +127,10 @@ class TangentBundle(Space):
         mended = repaired(self.name, p, defect, said, expected, lambda: self.base.tangent(q, p))
         return np.concatenate([q, mended])
 
-    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+    def settled(self, states: Array) -> Booleans:
         """Tell which are orthogonal, on spheres, to half of what is silent."""
         n = self.base.rows
-        found: npt.NDArray[np.bool_] = np.zeros(len(states), dtype=bool)
+        found: Booleans = np.zeros(len(states), dtype=bool)
         if isinstance(self.base, Sphere):
             q, p = states[:, :n], states[:, n:]
             with np.errstate(all="ignore"):

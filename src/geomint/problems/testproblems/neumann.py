@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ...arguments import Array
 from ...kernels.compiling.recorded import Recorded, field, helper
 from ...kernels.numbers.blocks import REST, packed, section
 from ...kernels.numbers.circular import cos
@@ -87,7 +87,7 @@ def uhlenbeck(k: int) -> Recorded:
     return integral
 
 
-def initial(n: int = 3) -> npt.NDArray[np.float64]:
+def initial(n: int = 3) -> Array:
     """Return a state on T*S^(n−1)."""
     q = np.cos(0.4 + 1.3 * np.arange(n))
     q /= np.linalg.norm(q)

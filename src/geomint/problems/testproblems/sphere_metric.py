@@ -4,8 +4,8 @@ from collections import namedtuple
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ...arguments import Array
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.blocks import Block, packed, sections
 from ...kernels.numbers.circular import cos, sin
@@ -124,13 +124,13 @@ def problem(n: int = 3, pulse: float = 0.3, bend: float = 0.7, pull: float = 0.5
     )
 
 
-def _vectors(n: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _vectors(n: int) -> tuple[Array, Array]:
     b = np.sin(0.7 + 1.1 * np.arange(n))
     c = np.cos(0.3 + 0.8 * np.arange(n))
     return b / np.linalg.norm(b), 0.6 * c
 
 
-def initial(problem: Problem) -> npt.NDArray[np.float64]:
+def initial(problem: Problem) -> Array:
     """Return a state of a problem of this module that meets both constraints at time 0."""
     n = problem.rows // 2
     q = np.cos(1.0 + 1.9 * np.arange(n))

@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array
+from ...arguments import Array, Integers
 from ...errors import DeclarationError, GeomintError
 from ...kernels.compiling.bound import Bound
 from ...kernels.compiling.call import Call
@@ -28,7 +27,6 @@ from .outcome import NOT_RUN, Outcome, check_room
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
 PART, PART_IN_LANES, MEMBERS = 30, 300, 16  # of all steps and of all members, that are looked at
-Counts = npt.NDArray[np.int64]
 _alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
 
 
@@ -192,7 +190,7 @@ class _Sweep:
         status = np.where(ended, "success", NOT_RUN).astype(object)
         return Outcome(tau, physical, y, counts, steps, status)
 
-    def _states(self, counts: Counts) -> Array:
+    def _states(self, counts: Integers) -> Array:
         """Return the saved states of each member, NaN behind them."""
         last = self._blocks["states"].reshape(len(counts), self._rows)
         kept = self._kept if self._save_every else last[:, None]
@@ -203,7 +201,7 @@ class _Sweep:
             kept[k, counts[k] :] = math.nan
         return kept
 
-    def _times(self, counts: Counts, samples: int) -> Array:
+    def _times(self, counts: Integers, samples: int) -> Array:
         """Return the times of these states."""
         ends = np.array([line.own_end for line in self._ordered])
         number = np.arange(samples) * (self._save_every or 0)

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import MOST_NUMBERS, Array, as_array
+from ...arguments import MOST_NUMBERS, Array, Integers, as_array
 from ...errors import DomainError, Gathered, GeomintError, GeomintWarning, StateWarning, tell
 from ...methods import Exact, Method
 from ...problems.declaration import unshared
@@ -50,7 +49,7 @@ class Members:
                 found[name] = np.array(values, dtype=np.float64)
         return found
 
-    def of(self, which: npt.NDArray[np.int64]) -> Members:
+    def of(self, which: Integers) -> Members:
         """Return some members, with problems of their own: nothing is shared that a run changes."""
         told = {i: self.told[k] for i, k in enumerate(which.tolist()) if k in self.told}
         own = [0] if len(self.problems) == 1 else which

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array, finite, whole
+from ...arguments import Array, Booleans, finite, whole
 from ...errors import DomainError
 from ...problems.shown import Shown
 from ...watch.growth import RULE
@@ -161,7 +160,7 @@ def _times(asked: Asked) -> tuple[str, Any]:
     return _end(asked)[0], None
 
 
-def _at_their_ends(many: Ensemble) -> npt.NDArray[np.bool_]:
+def _at_their_ends(many: Ensemble) -> Booleans:
     """Return which members went on to the end: those that an event ended have shorter windows."""
     time, times = _times(many.asked)
     end = _end(many.asked)[1] if times is None else float(times[-1])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import MOST_NUMBERS, Array
+from ...arguments import MOST_NUMBERS, Array, Integers
 from ...errors import DomainError, GeomintError, GeomintWarning
 
 NOT_RUN, INTERRUPTED = "not run", "interrupted"
@@ -46,8 +46,8 @@ class Outcome:
     tau: Array
     physical: Array
     y: Array
-    counts: npt.NDArray[np.int64]
-    steps: npt.NDArray[np.int64]
+    counts: Integers
+    steps: Integers
     status: npt.NDArray[np.object_]
     errors: dict[int, GeomintError] = field(default_factory=dict)
     warnings: dict[int, tuple[GeomintWarning, ...]] = field(default_factory=dict)
@@ -89,7 +89,7 @@ class Outcome:
         found["class"] = np.array(["" if d is None else d.drift_class for d in own])
         return found
 
-    def of(self, which: npt.NDArray[np.int64]) -> Outcome:
+    def of(self, which: Integers) -> Outcome:
         """Return some of the members, of which nothing is added up."""
         estimate = self.error_estimate
         found = Outcome(
@@ -129,7 +129,7 @@ class Outcome:
                 setattr(self, name, values[members, last][:, None])
         self.counts = np.minimum(self.counts, 1)
 
-    def take(self, which: npt.NDArray[np.int64], other: Outcome) -> None:
+    def take(self, which: Integers, other: Outcome) -> None:
         """Take what has become of some members from elsewhere."""
         self.widened(other.samples)
         here = slice(0, other.samples)
@@ -144,7 +144,7 @@ class Outcome:
         for name in ("errors", "warnings", "drift", "events"):
             getattr(self, name).update((int(which[i]), x) for i, x in getattr(other, name).items())
 
-    def take_readings(self, which: npt.NDArray[np.int64], other: Outcome, merged: Set[str]) -> None:
+    def take_readings(self, which: Integers, other: Outcome, merged: Set[str]) -> None:
         """Take what was read off some members elsewhere; what is `merged` is added up."""
         for name, values in other.readings.items():
             adds, before = name in merged, self.readings.get(name, values)

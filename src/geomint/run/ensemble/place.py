@@ -6,8 +6,8 @@ from os import PathLike
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from ...arguments import Integers
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, empty_outcome
 from .spread import block_size
@@ -21,7 +21,7 @@ class Place(Protocol):
         """Whether no member is done."""
 
     @property
-    def left(self) -> npt.NDArray[np.int64]:
+    def left(self) -> Integers:
         """The numbers of members that are to be run."""
 
     @property
@@ -35,7 +35,7 @@ class Place(Protocol):
     def begin(self) -> None:
         """Make ready, when it is known that there is something to be run."""
 
-    def take(self, which: npt.NDArray[np.int64], found: Outcome) -> None:
+    def take(self, which: Integers, found: Outcome) -> None:
         """Take what has become of some members of one block."""
 
 
@@ -51,7 +51,7 @@ class Memory:
         self.found = empty_outcome(len(given), 1, given.states.shape[1])
 
     @property
-    def left(self) -> npt.NDArray[np.int64]:
+    def left(self) -> Integers:
         """The numbers of members that are to be run."""
         return np.flatnonzero(self.found.status == NOT_RUN)
 
@@ -59,7 +59,7 @@ class Memory:
         """Choose the size of blocks."""
         self.size = block_size(self._asked, self._given, self._workers)
 
-    def take(self, which: npt.NDArray[np.int64], found: Outcome) -> None:
+    def take(self, which: Integers, found: Outcome) -> None:
         """Take what has become of some members."""
         self.found.take(which, found)
         self.found.take_readings(which, found, self._merged)

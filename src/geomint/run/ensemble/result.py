@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import Array, whole
+from ...arguments import Array, Integers, whole
 from ...errors import DomainError, GeomintError, GeomintWarning, MissingCodeError
 from ...problems.problem import Problem
 from ...problems.shown import Shown
@@ -96,12 +96,12 @@ class Ensemble(Shown):
         return self.found.y
 
     @property
-    def counts(self) -> npt.NDArray[np.int64]:
+    def counts(self) -> Integers:
         """How many states of each were saved."""
         return self.found.counts
 
     @property
-    def steps(self) -> npt.NDArray[np.int64]:
+    def steps(self) -> Integers:
         """How many steps each took."""
         return self.found.steps
 

@@ -4,9 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array
+from ...arguments import Array, Booleans
 from ...errors import EventError
 from ...problems.at_states import Values, evaluator
 from ..events import Event
@@ -114,7 +113,7 @@ class ExactCrossings:
         for known in self._found.values():
             known.cut(self._sign, end)
 
-    def _after(self, times: Array) -> npt.NDArray[np.bool_]:
+    def _after(self, times: Array) -> Booleans:
         """Tell which of some times no earlier run has told."""
         if not self._again:
             return np.ones(len(times), dtype=bool)
@@ -143,7 +142,7 @@ class _Known:
         self._event = event
         self.times, self.directions = np.zeros(0), np.zeros(0)
 
-    def take(self, found: Found, after: Callable[[Array], npt.NDArray[np.bool_]]) -> None:
+    def take(self, found: Found, after: Callable[[Array], Booleans]) -> None:
         """Take those of a direction that is asked for."""
         wanted = self._event.sign * found.directions >= 0.0
         wanted &= after(found.times)

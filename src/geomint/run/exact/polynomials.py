@@ -4,9 +4,8 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array
+from ...arguments import Array, Booleans
 
 __all__ = ["DEGREE", "Judged", "judged", "points_of", "polynomial"]
 
@@ -26,8 +25,8 @@ class Judged(NamedTuple):
     """The first sign of each, 1 or −1; whether there is one root; whether all that is sure."""
 
     first: Array
-    one: npt.NDArray[np.bool_]
-    sure: npt.NDArray[np.bool_]
+    one: Booleans
+    sure: Booleans
 
 
 def points_of(low: Array, high: Array) -> Array:

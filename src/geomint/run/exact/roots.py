@@ -16,9 +16,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array
+from ...arguments import Array, Booleans, Integers
 from .polynomials import judged, points_of, polynomial
 
 __all__ = ["MOST_IN_PIECE", "Failure", "Found", "Roots"]
@@ -57,10 +56,10 @@ class _Parts(NamedTuple):
 
     low: Array
     high: Array
-    piece: npt.NDArray[np.int64]
+    piece: Integers
     values: Array
     first: Array
-    one: npt.NDArray[np.bool_]
+    one: Booleans
 
     def of(self, which: Any) -> _Parts:
         """Return some of them."""
@@ -192,7 +191,7 @@ class _Search:
         return Failure(int(parts.piece[i]), float(parts.low[i]), 0.0, why)
 
 
-def _parts(low: Array, high: Array, piece: npt.NDArray[np.int64], values: Array) -> _Parts:
+def _parts(low: Array, high: Array, piece: Integers, values: Array) -> _Parts:
     count = len(low)
     return _Parts(low, high, piece, values, np.zeros(count), np.zeros(count, dtype=bool))
 

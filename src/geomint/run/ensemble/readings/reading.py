@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
-from ....arguments import Array, as_array
+from ....arguments import Array, Integers, as_array
 from ....errors import DomainError, GeomintError
 from ....problems.at_states import values_at
 from ....problems.problem import Problem
@@ -45,7 +44,7 @@ class Ran:
         return len(self.given)
 
     @property
-    def ended(self) -> npt.NDArray[np.int64]:
+    def ended(self) -> Integers:
         """The numbers of members that have come to their ends."""
         early = np.isin(self.found.status.astype(str), ENDED_EARLY)
         return np.flatnonzero(~early & (self.found.counts > 0))
