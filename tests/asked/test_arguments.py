@@ -25,6 +25,9 @@ from geomint.run import solve as integrate
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 
+# Quantities that are looked at as invariants are none of the motions here.
+pytestmark = pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")
+
 
 @gi.field
 def forced(params, t, y, out, work):

@@ -207,7 +207,10 @@ def changed(entry: Callable[[bool], Any], change: Callable[[], None]) -> None:
     assert not np.array_equal(before, after)
 
 
-@pytest.mark.filterwarnings("ignore:field 'branching' takes one number:geomint.GeomintWarning")
+@pytest.mark.filterwarnings(
+    "ignore:field 'branching' takes one number:geomint.GeomintWarning",
+    "ignore:the invariant:geomint.DeclarationWarning",
+)
 @pytest.mark.parametrize(
     "name", [*ENTRIES, *(pytest.param(n, marks=pytest.mark.slow) for n in SLOW)]
 )

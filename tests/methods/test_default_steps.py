@@ -139,7 +139,9 @@ def test_no_default_step_errs_by_more_in_silence(
     way: Callable[..., float], case: str, method: str
 ) -> None:
     problem, y0, end = TRAPS[case]
-    if case == "faster later" and (way is of_members or method == "gauss-8"):
+    if case == "faster later" and (
+        way is of_members or (method == "gauss-8" and way is not in_a_loop)
+    ):
         pytest.skip(
             "neither the first steps of few members nor their ends show it; Newton compiles"
         )
@@ -150,7 +152,7 @@ def test_no_default_step_errs_by_more_in_silence(
         except gi.ConvergenceError:  # a typed error is no silence
             return
         said = [str(w.message) for w in told]
-        assert all("than is promised where no step is given. Give" in text for text in said)
+        assert all("than is promised where no step is given; give" in text for text in said)
         assert said or _error(problem, y0, end, method, step) <= DOUBTED
 
 

@@ -249,7 +249,7 @@ KEYWORDS = {
     "tend": "Did you mean 't_end'",
     "sav_every": "Did you mean 'save_every'",
     "metod": "Did you mean 'method'",
-    "zzz": "Known: callback, clock, compiled",
+    "zzz": "Known: breaks, callback, clock, compiled",
 }
 
 

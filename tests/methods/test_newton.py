@@ -18,7 +18,7 @@ from geomint.tableaux import gauss_legendre
 from tests.problems import fast_rotor, spring_pendulum
 
 Array = Any
-LONG = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+LONG = pytest.mark.filterwarnings("ignore:.*steps of .* are so long:geomint.GeomintWarning")
 SOLVED = 1e-13  # residuals are rounded to h‖J‖ roundings: some hundred here
 
 

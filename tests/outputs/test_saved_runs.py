@@ -131,6 +131,7 @@ def test_as_saved_is_what_load_gives(solution, content, tmp_path):
     assert repr(told) == repr(loaded) == repr(solution)
 
 
+@pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # it is no invariant
 @pytest.mark.parametrize("name", ["γ²", "a b", "E.mean", "x.time"])
 def test_quantities_of_any_name(tmp_path, name):
     @gi.observable

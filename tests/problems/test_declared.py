@@ -321,3 +321,45 @@ def test_energy_that_is_lost_is_told_whatever_chose_the_steps() -> None:
     for given in ({"method": loose}, {"method": "rk-4", "step": 0.1}):
         with pytest.warns(gi.GeomintWarning, match="energy is off by .* of its size at the end"):
             gi.solve(ORBIT, y0, t_end=60.0 * np.pi, **given)
+
+
+@gi.field
+def euler(params: Any, t: Any, m: Any, out: Any, work: Any) -> None:
+    w0, w1, w2 = params[0] * m[0], params[1] * m[1], params[2] * m[2]
+    out[0] = m[1] * w2 - m[2] * w1
+    out[1] = m[2] * w0 - m[0] * w2
+    out[2] = m[0] * w1 - m[1] * w0
+
+
+@gi.observable
+def wrong_energy(params: Any, t: Any, m: Any, work: Any) -> Any:
+    return 0.5 * (params[0] * m[0] * m[0] + params[1] * m[1] * m[1] - params[2] * m[2] * m[2])
+
+
+@pytest.mark.parametrize("asked", [{}, {"method": "rk-4"}, {"step": 0.1}])
+def test_beside_a_steady_rotation_it_is_seen_where_the_motion_has_gone(
+    asked: dict[str, Any],
+) -> None:
+    invariants = {"energy": wrong_energy}
+    body = gi.Problem(
+        "body", (("m", 3),), np.array([1.0, 0.5, 1.0 / 3.0]), euler, invariants=invariants
+    )
+    with pytest.warns(gi.DeclarationWarning, match="'energy' of 'body' is not constant"):
+        gi.solve(body, [1e-6, 1.0, 1e-6], t_end=52.0, **asked, progress=False)
+
+
+@gi.observable
+def turned_back(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return y[0] * gi.cos(t) - y[1] * gi.sin(t)
+
+
+@pytest.mark.parametrize("t0", [0.0, 1e6, 1e9, 1e12])
+def test_late_times_are_no_wrong_declarations(t0: float) -> None:
+    problem = gi.Problem("turn", (("y", 2),), field=turning, invariants={"back": turned_back})
+    assert not false_claims(problem, np.array([1.0, 0.5]), t0)
+
+
+@gi.field
+def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -y[0]

@@ -27,7 +27,8 @@ GROUPS = [
 
 
 IN_THE_LIST = {"so3", "so_n", "translations", "product"}
-for maker in (getattr(groups, name) for name in groups.__all__ if name not in IN_THE_LIST):
+MAKERS = (groups.own_sizes, groups.product, groups.so3, groups.so_n, groups.translations)
+for maker in (maker for maker in MAKERS if maker.__name__ not in IN_THE_LIST):
     if "Group" in str(inspect.signature(maker).return_annotation):
         GROUPS += [maker(*[n] * len(inspect.signature(maker).parameters)) for n in (2, 3)]
 

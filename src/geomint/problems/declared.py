@@ -6,12 +6,13 @@ Derivatives are exact, so that what is left is rounding, unless a sign or a term
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DeclarationError, DeclarationWarning, GeomintError, tell
+from ..errors import DeclarationError, DeclarationWarning, Gathered, tell
 from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded
 from .declaration import FEW, functions_of, kept_with
@@ -29,6 +30,7 @@ SLOPE = 1e-5  # of sizes: over which differences are taken of what has no tangen
 OFF = 1e-6  # of the terms that should cancel
 APART = 1e-5  # of rates, which may be difference quotients
 QUOTIENT = 1e-6  # ten times the time over which flows of a splitting are taken for its rates
+ROUGH = 1e-9  # of a difference of times: roundings of these
 NOISE = 1e-8  # of what rates are where the motion is not at rest
 
 Claim = tuple[str, float, str]  # what is not so: its name, its size, and both in words
@@ -46,19 +48,28 @@ def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]
         forms = (f for form in problem.forms for f in functions_of(problem, form))
         return *forms, *problem.invariants.values(), *problem.constraints.values()
 
-    def looked_for() -> tuple[Claim, ...]:
-        with suppress(ArithmeticError, ValueError, LookupError, GeomintError):
-            return false_claims(problem, y, t)
-        return ()  # of functions that plain Python cannot evaluate there
-
     key = ("claims", *[f.fingerprint for f in kept_with(problem, "claiming", functions)])
-    return kept_with(problem, key, looked_for)
+    return kept_with(problem, key, lambda: _looked_for(problem, y, t))
 
 
-def tell_false_claims(problem: Problem, y: Array, t: float) -> None:
-    """Warn of them."""
-    for name, size, text in claims_kept(problem, y, t):
+def tell_false_claims(problem: Problem, y: Array, t: float, moved: bool = False) -> None:
+    """Warn of them; where the first run has `moved` to too: at rest nothing is seen."""
+    if not moved:
+        known = claims_kept(problem, y, t)
+    elif problem.rows <= FEW:
+        known = kept_with(
+            problem, "claims where it has moved to", lambda: _looked_for(problem, y, t, True)
+        )
+    else:
+        return
+    for name, size, text in known:
         tell(DeclarationWarning(text, name, size))
+
+
+def _looked_for(problem: Problem, y: Array, t: float, moved: bool = False) -> tuple[Claim, ...]:
+    with Gathered(quiet=True), suppress(Exception):
+        return false_claims(problem, problem.canonical(y) if moved else y, t)  # as flows need it
+    return ()  # of functions that plain Python cannot evaluate there
 
 
 @np.errstate(all="ignore")
@@ -86,6 +97,7 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
     later, z = t + h, y + h * (rates + 0.5 * h * slopes @ rates)
     rates = derivative(problem, z, later)
     first, *others = problem.forms
+    quotient = QUOTIENT if first in ("action", "splitting") else 0.0
     for form in others:
         at = (z, later) if form == "hamiltonian" else (y, t)  # quotients tell how far z is off
         apart = np.abs(derivative(problem, *at, form) - derivative(problem, *at))
@@ -101,10 +113,12 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
                 break
     for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
         for name, f in known.items():
+            if reads(f.function.__code__, 1) and math.ulp(later) > ROUGH * h:
+                continue  # so late that times round to more than differences take
             along, alone = _gradient(problem, f, z, later, sizes, h)
             terms = np.append(along * rates, alone)
             off, all_of_them = float(abs(terms.sum())), float(np.abs(terms).sum())
-            noise = NOISE * fastest * float(np.abs(along * sizes).sum())
+            noise = (NOISE + quotient) * fastest * float(np.abs(along * sizes).sum())
             if off > OFF * all_of_them + noise:
                 size = off / all_of_them
                 what = f"the {kind} {name!r} of {problem.name!r} is not constant along the motion"

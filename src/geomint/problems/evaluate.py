@@ -261,7 +261,8 @@ def on_constraints(problem: Problem, y: Array) -> Array:
     DomainError
         For a state that is far from them.
     """
-    key, n = (check_form(problem, "hamiltonian", y), threading.get_ident()), len(y) // 2
+    n, form = len(y) // 2, check_form(problem, "hamiltonian", y)
+    key = ("constrained", *form, threading.get_ident())
     motion = kept_with(problem, key, lambda: _Constrained(problem, False))
 
     @np.errstate(all="ignore")

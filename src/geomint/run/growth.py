@@ -129,8 +129,9 @@ def end_error(
     left = BIAS * found.method.options.get("iteration_tolerance", 0.0) * found.steps
     left += ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-    known = more < REGULAR or AGREE[0] * other < error < AGREE[1] * other
-    if known and found.steps > SHORT and not few and left * more < wanted:
+    agree = AGREE[0] * other < error < AGREE[1] * other
+    known = agree or (more < REGULAR and not few)
+    if known and found.steps > SHORT and left * more < wanted:
         error /= min(math.sqrt(max(ratio - 1.0, 1.0)), TRUSTED)
     if isinstance(found.ranked, Ranked):
         error = max(error, local)

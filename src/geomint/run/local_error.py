@@ -101,8 +101,10 @@ class EndError(NamedTuple):
 
 def tell_errors(error: LocalError, time: str, do: str = SHORTER) -> None:
     """Warn of steps that err by more than is promised; `time` is the name of the problem's own."""
+    known = error.largest < math.inf
+    much = f"{error.largest:.2g} of a piece of the state" if known else "more than can be measured"
     text = (
-        f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
+        f"steps of {error.step:.3g} err by {much}, near "
         f"{time} = {error.time:.6g}: more than is promised where no step is given; {do}"
     )
     tell(StepWarning(text, "state", error.largest, error.time))
@@ -190,8 +192,12 @@ class Ranked:
         numbers, marks = self.part("numbers"), self.part("marks").reshape(MARKS, -1)
         window, own = self.window + self.window % COARSE, self.number("own")
         looks = range(max(count - min(most, MARKS), 0), count)
-        found = [(float(numbers[k % MARKS]), self._place(k), marks[k % MARKS]) for k in looks]
-        done = self._integrator.done
+        ranked = [(float(numbers[k % MARKS]), self._place(k), marks[k % MARKS]) for k in looks]
+        found, done = [one for one in ranked if one[1][2] > 0], self._integrator.done
+        if len(found) < len(ranked):  # an event has ended the run before some of them
+            if not found:
+                return self._whole()
+            largest = max(number for number, _, _ in found)
         if own >= SATURATED and self.power > 1.0 and done >= self.window:
             # numbers rank no more: it may get faster
             oldest = (int(self.number("slot")) + 1) % (self.window + 1)

@@ -93,13 +93,26 @@ class Setting(NamedTuple):
             "confirmed": self.wanted is not None,
         }
 
-    def kept(self, found: Solution) -> bool:
+    @classmethod
+    def of_former(cls, former: Solution) -> Setting | None:
+        """Return what is wanted of a run that goes on; None where its step was given."""
+        wanted = former.restart and former.restart.wanted
+        return (
+            None if wanted is None else cls(former.method, wanted=wanted or None, each=not wanted)
+        )
+
+    @property
+    def promise(self) -> float:
+        """What a run leaves behind, as `Restart.wanted`."""
+        return 0.0 if self.wanted is None else self.wanted
+
+    def kept(self, found: Solution, confirmed: bool = True) -> bool:
         """Tell whether a run errs by no more than is promised: each step, or all, where few decide.
 
-        Else the end does, as a second run tells.
+        Else the end does, as a second run tells, where it is `confirmed` by one.
         """
         ranked = found.ranked
-        if not self.each and isinstance(ranked, Ranked) and not ranked.concentrated:
+        if confirmed and not self.each and isinstance(ranked, Ranked) and not ranked.concentrated:
             return True
         error = rough_error(found)
         if error is not None and self._part(found, error) > SURE:

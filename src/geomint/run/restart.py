@@ -35,6 +35,9 @@ class Restart(Compared):
         Those told last, where it ended: to rounding they would be beyond `seen`.
     times, states : array
         The nodes before, as far as events look back.
+    wanted : float or None
+        What the end was to err by, or 0 where each step was to err by no more than is promised of a
+        method; None of a step that was given.
     """
 
     memory: Array
@@ -46,3 +49,4 @@ class Restart(Compared):
     told: dict[str, list[list[float]]] = field(default_factory=dict)
     times: Array = field(default_factory=lambda: _NO_TIMES)
     states: Array = field(default_factory=lambda: _NO_STATES)
+    wanted: float | None = None

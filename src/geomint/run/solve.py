@@ -35,7 +35,7 @@ from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
 from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
-from .local_error import promised, tell_errors
+from .local_error import Ranked, promised, tell_errors
 from .progress import Progress
 from .promise import AIM, Setting, advice, rough_error
 from .recorder import Account, Recorder
@@ -196,7 +196,13 @@ def solve(
         named["breaks"] = breaks_of(breaks, problem, finite("t0", t0), t_end, tau_end)
     asked = tolerance is not None or is_auto(method)
     if not asked and (step is not None or isinstance(problem, Solution)):
-        return _solved(problem, y0, method=method, step=step, **named)
+        found = _solved(problem, y0, method=method, step=step, **named)
+        former = Setting.of_former(problem) if isinstance(problem, Solution) else None
+        if former is not None:
+            _leave(found, former)
+            if not former.kept(found, confirmed=False):
+                _tell_steps(found)
+        return found
     for name in ("events", "observe"):  # a run may begin more than once
         if isinstance(named[name], Iterator):
             named[name] = list(named[name])
@@ -215,13 +221,29 @@ def solve(
         tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
     elif accuracy is not None and (solution.end_error is None or measured is not None):
         accuracy.tell(measured)
-    elif not kept and solution.local_error is not None:
-        part = AIM * promised(solution.method) / solution.local_error.largest
-        tell_errors(solution.local_error, solution.about.time, advice(solution, part))
-    if may_lose(solution):
-        own = t0 if solution.problem.time == "t" else 0.0
-        tell_lost_integrals(solution, solution.problem.canonical(y0), own, False, compiled)
+    elif not kept:
+        _tell_steps(solution)
+    if may_lose(solution, False):
+        own, ranked = t0 if solution.problem.time == "t" else 0.0, solution.ranked
+        begun = ranked.places[0][1] if isinstance(ranked, Ranked) else chosen.state
+        begun = solution.problem.canonical(y0) if begun is None else begun
+        tell_lost_integrals(solution, begun, own, False, compiled)
+    _leave(solution, chosen)
     return solution
+
+
+def _leave(found: Solution, chosen: Setting) -> None:
+    """Note what is promised of a run for one that goes on."""
+    if found.restart is not None:
+        found.restart = replace(found.restart, wanted=chosen.promise)
+
+
+def _tell_steps(found: Solution) -> None:
+    """Warn of steps that err by more than is promised."""
+    error = found.local_error
+    if error is not None:
+        part = AIM * promised(found.method) / error.largest
+        tell_errors(error, found.about.time, advice(found, part))
 
 
 def _solved(
@@ -389,9 +411,11 @@ def _solved(
     if isinstance(status, StepError):
         status.partial = solution
         raise status
+    if solution.success and isinstance(solution.ranked, Ranked):
+        tell_false_claims(problem, solution.ranked.final[: problem.rows], solution.ranked.end, True)
     if given and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
-    elif given and step is not None and may_lose(solution):
+    elif given and step is not None and may_lose(solution, True):
         tell_lost_integrals(solution, state, timeline.start, given, compiled)
     if estimate_error:
         again: Callable[..., Solution] = partial(

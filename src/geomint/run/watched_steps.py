@@ -24,6 +24,7 @@ TIMES = 8.0  # characteristic times: a turn of a motion that seemed faster than 
 MANY = 9  # steps of the longest window of ranks
 PIECE, OFTEN, SELDOM = 1 << 13, 8, 8  # steps ranked at a time: the first pieces, then one in eight
 NEAR = 1e-5  # of a step: how far rates are looked at from a state
+ROUNDING = 2.0**-53  # errors tell no more
 MORE = 2.0  # times the largest error so far: what is measured next
 
 
@@ -86,7 +87,7 @@ class WatchedSteps:
 
     def _more(self, error: LocalError) -> float:
         """Return times what an error is looked at again."""
-        return max(SURE * self._limit / max(error.largest, 1e-300), MORE)
+        return max(SURE * self._limit / max(error.largest, ROUNDING), MORE)
 
     def through(self, steps: int) -> bool:
         """Take steps; tell whether they err by more than is promised, or one fails."""
