@@ -23,10 +23,10 @@ from geomint.report import drift_page
 from geomint.run import solve as integrate
 
 # Steps are as long as a test wants them.
-pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
-
 # Quantities that are looked at as invariants are none of the motions here.
-pytestmark = pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:steps of .* are so long:geomint.GeomintWarning", "ignore::geomint.DeclarationWarning"
+)
 
 
 @gi.field

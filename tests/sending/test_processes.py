@@ -13,7 +13,9 @@ from other_process import in_process, made, solved
 import geomint as gi
 
 
-@pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+@pytest.mark.filterwarnings(
+    "ignore:steps of .* are so long:geomint.GeomintWarning", "ignore::geomint.DeclarationWarning"
+)
 def test_the_same_bits_by_the_same_code() -> None:
     ball = gi.load_scene("ball-3d")
     session: dict[str, Any] = {"gi": gi, "__name__": "__main__"}
