@@ -12,7 +12,7 @@ from contextlib import suppress
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DeclarationError, DeclarationWarning, Gathered, tell
+from ..errors import DeclarationError, DeclarationWarning, Gathered, GeomintError, tell
 from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded
 from .declaration import FEW, functions_of, kept_with
@@ -41,7 +41,8 @@ def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]
 
     None in states of more than `FEW` numbers, where plain Python takes long.
     """
-    if problem.rows > FEW:
+    claims = problem.invariants or problem.constraints or len(problem.forms) > 1
+    if problem.rows > FEW or not claims:
         return ()
 
     def functions() -> tuple[Recorded, ...]:
@@ -91,25 +92,26 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
         return ()
     paces = np.append(np.abs(np.linalg.eigvals(slopes)), np.abs(rates) / sizes)
     fastest, found = float(paces.max()), list[Claim]()
+    first, *others = problem.forms
+    rough = {"action": QUOTIENT, "splitting": QUOTIENT * max(1.0, fastest)}.get(first, NOISE)
     if not TINY < fastest < np.inf:
         return ()
     h = LATER / fastest
     later, z = t + h, y + h * (rates + 0.5 * h * slopes @ rates)
+    with Gathered(quiet=True), suppress(GeomintError):
+        z = problem.canonical(z)
     rates = derivative(problem, z, later)
-    first, *others = problem.forms
-    quotient = QUOTIENT if first in ("action", "splitting") else 0.0
     for form in others:
         at = (z, later) if form == "hamiltonian" else (y, t)  # quotients tell how far z is off
+        frozen = float(form == "splitting")  # for an absolute time, if it is a short one
         apart = np.abs(derivative(problem, *at, form) - derivative(problem, *at))
         for piece, rows in problem.slices.items():
             off, most = float(apart[rows].max()), float(np.abs(rates[rows]).max())
-            noise = APART * (fastest + (form == "splitting")) * float(sizes[rows].max())
-            if off > (APART + QUOTIENT * fastest) * most + 0.1 * noise:
+            noise = APART * (fastest + frozen) * float(sizes[rows].max())
+            if off > (APART + frozen * QUOTIENT * fastest) * most + 0.1 * noise:
                 size = off / max(off, most)
-                text = (
-                    f"{first} and {form} of {problem.name!r} are not one motion: rates of {piece}"
-                )
-                found.append((form, size, f"{text} differ by {size:.2g} of the larger"))
+                what = f"{first} and {form} of {problem.name!r} are not one motion"
+                found.append((form, size, f"{what}: rates of {piece} differ by {size:.2g}"))
                 break
     for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
         for name, f in known.items():
@@ -118,7 +120,7 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
             along, alone = _gradient(problem, f, z, later, sizes, h)
             terms = np.append(along * rates, alone)
             off, all_of_them = float(abs(terms.sum())), float(np.abs(terms).sum())
-            noise = (NOISE + quotient) * fastest * float(np.abs(along * sizes).sum())
+            noise = rough * fastest * float(np.abs(along * sizes).sum())
             if off > OFF * all_of_them + noise:
                 size = off / all_of_them
                 what = f"the {kind} {name!r} of {problem.name!r} is not constant along the motion"
