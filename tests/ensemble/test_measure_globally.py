@@ -32,7 +32,7 @@ def test_a_method_that_keeps_it_is_not_told_from_the_measure(script: ModuleType,
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+@pytest.mark.filterwarnings("ignore:.*steps of .* are so long:geomint.GeomintWarning")
 @pytest.mark.parametrize("case", ["gauss-8, uniform density", "heun-2"])
 def test_a_wrong_density_and_a_method_that_heats_are(script: ModuleType, case: str) -> None:
     assert script.chances(case, 0, [1000])[0] <= REJECTED

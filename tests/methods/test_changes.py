@@ -209,7 +209,7 @@ def changed(entry: Callable[[bool], Any], change: Callable[[], None]) -> None:
 
 @pytest.mark.filterwarnings(
     "ignore:field 'branching' takes one number:geomint.GeomintWarning",
-    "ignore:the invariant:geomint.DeclarationWarning",
+    "ignore::geomint.DeclarationWarning",
 )
 @pytest.mark.parametrize(
     "name", [*ENTRIES, *(pytest.param(n, marks=pytest.mark.slow) for n in SLOW)]

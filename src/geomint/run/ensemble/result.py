@@ -136,7 +136,7 @@ class Ensemble(Shown):
     @property
     def readings(self) -> Mapping[str, Array]:
         """What was read off every member, by names."""
-        return self.found.readings if self.stored else dict(self.found.readings)
+        return self.found.readings if self.stored is not None else dict(self.found.readings)
 
     @property
     def stored(self) -> Any:
