@@ -30,6 +30,7 @@ SLOPE = 1e-5  # of sizes: over which differences are taken of what has no tangen
 OFF = 1e-6  # of the terms that should cancel
 APART = 1e-5  # of rates, which may be difference quotients
 QUOTIENT = 1e-6  # ten times the time over which flows of a splitting are taken for its rates
+ERRED = 0.05  # of such terms, where a run has come to: it errs, and leaves its manifold
 ROUGH = 1e-9  # of a difference of times: roundings of these
 NOISE = 1e-8  # of what rates are where the motion is not at rest
 
@@ -41,8 +42,7 @@ def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]
 
     None in states of more than `FEW` numbers, where plain Python takes long.
     """
-    claims = problem.invariants or problem.constraints or len(problem.forms) > 1
-    if problem.rows > FEW or not claims:
+    if not _claims(problem):
         return ()
 
     def functions() -> tuple[Recorded, ...]:
@@ -55,16 +55,19 @@ def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]
 
 def tell_false_claims(problem: Problem, y: Array, t: float, moved: bool = False) -> None:
     """Warn of them; where the first run has `moved` to too: at rest nothing is seen."""
-    if not moved:
-        known = claims_kept(problem, y, t)
-    elif problem.rows <= FEW:
-        known = kept_with(
-            problem, "claims where it has moved to", lambda: _looked_for(problem, y, t, True)
-        )
-    else:
-        return
+    known = () if moved else claims_kept(problem, y, t)
+    if moved and _claims(problem):
+        key = "claims where it has moved to"
+        there = kept_with(problem, key, lambda: _looked_for(problem, y, t, True))
+        known = tuple(claim for claim in there if claim[1] > ERRED)
     for name, size, text in known:
         tell(DeclarationWarning(text, name, size))
+
+
+def _claims(problem: Problem) -> bool:
+    """Tell whether a problem says anything of its motion that can be looked at."""
+    said = problem.invariants or problem.constraints or len(problem.forms) > 1
+    return problem.rows <= FEW and bool(said)
 
 
 def _looked_for(problem: Problem, y: Array, t: float, moved: bool = False) -> tuple[Claim, ...]:
