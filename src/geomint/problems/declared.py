@@ -15,7 +15,7 @@ from ..arguments import Array
 from ..errors import DeclarationError, DeclarationWarning, Gathered, GeomintError, tell
 from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded
-from .declaration import FEW, functions_of, kept_with
+from .declaration import FEW, kept_with
 from .derivatives import gradient, jacobian
 from .deviation import sizes_of
 from .evaluate import TINY, derivative, value
@@ -38,19 +38,14 @@ Claim = tuple[str, float, str]  # what is not so: its name, its size, and both i
 
 
 def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]:
-    """Return `false_claims`, looked for once for a problem's functions, where the first run starts.
+    """Return `false_claims`, looked for once for a problem, where the first run starts.
 
     None in states of more than `FEW` numbers, where plain Python takes long.
     """
     if not _claims(problem):
         return ()
 
-    def functions() -> tuple[Recorded, ...]:
-        forms = (f for form in problem.forms for f in functions_of(problem, form))
-        return *forms, *problem.invariants.values(), *problem.constraints.values()
-
-    key = ("claims", *[f.fingerprint for f in kept_with(problem, "claiming", functions)])
-    return kept_with(problem, key, lambda: _looked_for(problem, y, t))
+    return kept_with(problem, "claims", lambda: _looked_for(problem, y, t))
 
 
 def tell_false_claims(problem: Problem, y: Array, t: float, moved: bool = False) -> None:
