@@ -449,3 +449,12 @@ def test_members_with_more_states_than_those_before(tmp_path: Path, counted: lis
     found = gi.solve_ensemble(HENON, states, **run, out=tmp_path / "a.zarr", workers=1)
     assert_same(known, found)
     assert found.counts[:8].max() < found.counts.max()
+
+
+def test_what_a_killed_process_leaves_in_the_folder_is_no_warning(tmp_path: Path) -> None:
+    """Every name that is not the format's: warnings are errors here."""
+    out = tmp_path / "a.zarr"
+    gi.solve_ensemble(HENON, STATES[:5], **RUN, readings=["drift:energy"], out=out)
+    (out / ".geomint-left").mkdir()
+    seen = gi.open_ensemble(out)
+    assert len(seen.readings["drift:energy"]) == 5

@@ -246,6 +246,7 @@ def test_a_prepared_stepper_takes_the_new_number(monkeypatch: pytest.MonkeyPatch
     assert not np.array_equal(before, after)
 
 
+@pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # its energy does not change
 def test_lanes_are_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """A field that takes eight numbers, then one, then eight."""
     lanes, one = gain, gi.helper(lambda x: 2.0 * x if x > 0.0 else 2.5 * x)

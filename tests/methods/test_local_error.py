@@ -12,7 +12,9 @@ from scipy.integrate import solve_ivp
 
 import chaplygin as ch
 import geomint as gi
+from geomint.problems.evaluate import rates_of
 from geomint.problems.testproblems import henon_heiles, sphere_metric
+from geomint.run.local_error import promised
 from tests.problems import lotka_volterra
 
 SPHERE = ch.ChaplyginSphere(a=(0.8, 1.1, 1.5), D=4.0).hamiltonized()
@@ -163,6 +165,49 @@ def test_a_step_that_is_not_given_follows_the_motion(case: str, method: str) -> 
     off = np.abs(sol.y[-1] - right)
     for piece in problem.slices.values():
         assert off[piece].max() <= bound * np.abs(right[piece]).max()
+
+
+@gi.field
+def relaxing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = params[0] * (1.0 - y[0] * y[0]) * y[1] - y[0]
+
+
+@gi.field
+def pushed_once(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    z = (t - params[0]) / params[1]
+    w = 1.0 / (1.0 + z * z)
+    w = w * w * w * w
+    out[0] = 1.0 * y[1]
+    out[1] = params[2] * w * w
+
+
+@pytest.mark.parametrize(
+    ("field", "params", "y0", "end", "method"),
+    [
+        (relaxing, [2.37344467], [0.99398672, 0.0], 28.2, "dop853"),  # gone when it is measured
+        (pushed_once, [11.31989709, 0.64322135, 0.82611992], [0.0, 0.0], 15.0, "gauss-8"),
+    ],
+    ids=["contraction", "one step errs"],
+)
+def test_each_step_errs_by_what_is_promised(
+    field: Any, params: list[float], y0: list[float], end: float, method: str
+) -> None:
+    """Where one look at the end of a window, or a limit for steps that err alike, was 40 times off."""
+    problem = gi.Problem("looks", (("y", 2),), params=params, field=field)
+    sol = gi.solve(problem, y0, t_end=end, method=method, save_every=1, progress=False)
+    rate, sizes, worst = rates_of(problem, sol.y[0]), np.abs(sol.y).max(), 0.0
+    for k in range(len(sol.t) - 1):
+        right = solve_ivp(
+            lambda t, y: rate(problem, y, t).copy(),
+            sol.t[k : k + 2],
+            sol.y[k],
+            method="DOP853",
+            rtol=2.3e-14,
+            atol=1e-18,
+        ).y[:, -1]
+        worst = max(worst, np.abs(sol.y[k + 1] - right).max() / sizes)
+    assert worst < 12.0 * promised(sol.method)
 
 
 def test_what_begins_with_it_is_that_of_the_last_run() -> None:

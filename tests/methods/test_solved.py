@@ -26,7 +26,7 @@ from geomint.tableaux import gauss_legendre
 Array = Any
 EPSILON = 2.0**-52
 # Rounding of a stage is carried on by the iteration: 1/(1 − κ) times, κ its contraction.
-BOUND = 96.0
+BOUND = 80.0
 LENGTHS = (1.0, 0.5, 0.1, 1e-3, 1e-8)  # of steps, in default ones of another state
 # Where those are too long for many states: they fail, and that is all they may do.
 TOO_LONG = {"nearly at rest": 0.4, "other sizes": 0.4}

@@ -363,3 +363,15 @@ def test_late_times_are_no_wrong_declarations(t0: float) -> None:
 def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = y[1]
     out[1] = -y[0]
+
+
+@pytest.mark.parametrize("asked", [{}, {"tolerance": 1e-5}])
+def test_a_rod_swings_without_a_step(asked: dict[str, Any]) -> None:
+    """Its only form is a Hamiltonian with a constraint: the default step needs its rates."""
+    y0, end = np.array([0.6, -0.8, 0.0, 0.0]), 1.0
+    sol = gi.solve(ROD, y0, t_end=end, method="rattle-4", **asked, progress=False)
+    angle = solve_ivp(
+        lambda t, z: [z[1], -9.81 * np.sin(z[0])], (0.0, end), [np.arctan2(0.6, 0.8), 0.0],
+        method="DOP853", rtol=1e-12, atol=1e-13,
+    ).y[0, -1]  # fmt: skip
+    np.testing.assert_allclose(sol.y[-1, :2], [np.sin(angle), -np.cos(angle)], atol=1e-4)

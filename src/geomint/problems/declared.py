@@ -37,38 +37,44 @@ NOISE = 1e-8  # of what rates are where the motion is not at rest
 Claim = tuple[str, float, str]  # what is not so: its name, its size, and both in words
 
 
-def claims_kept(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]:
-    """Return `false_claims`, looked for once for a problem, where the first run starts.
+def claims_kept(
+    problem: Problem,
+    y: Array,
+    t: float = 0.0,
+    functions: tuple[str, ...] = (),
+    moved: bool = False,
+) -> tuple[Claim, ...]:
+    """Return `false_claims`, looked for once for parameters and functions, where the first run starts.
 
-    None in states of more than `FEW` numbers, where plain Python takes long.
+    None in states of more than `FEW` numbers, where plain Python takes long. Where the run has `moved`
+    to, only large ones: it errs.
+
+    Parameters
+    ----------
+    functions : tuple of str
+        What `check_problem` has returned.
     """
-    if not _claims(problem):
+    said = problem.invariants or problem.constraints or len(problem.forms) > 1
+    if problem.rows > FEW or not said:
         return ()
 
-    return kept_with(problem, "claims", lambda: _looked_for(problem, y, t))
+    def looked_for() -> tuple[Claim, ...]:
+        with Gathered(quiet=True), suppress(Exception):
+            if moved:  # flows need a state on the manifold
+                found = false_claims(problem, problem.canonical(y), t)
+                return tuple(claim for claim in found if claim[1] > ERRED)
+            return false_claims(problem, y, t)
+        return ()  # of functions that plain Python cannot evaluate there
+
+    return kept_with(problem, ("claims", moved, problem.params.tobytes(), *functions), looked_for)
 
 
-def tell_false_claims(problem: Problem, y: Array, t: float, moved: bool = False) -> None:
+def tell_false_claims(
+    problem: Problem, y: Array, t: float, functions: tuple[str, ...], moved: bool = False
+) -> None:
     """Warn of them; where the first run has `moved` to too: at rest nothing is seen."""
-    known = () if moved else claims_kept(problem, y, t)
-    if moved and _claims(problem):
-        key = "claims where it has moved to"
-        there = kept_with(problem, key, lambda: _looked_for(problem, y, t, True))
-        known = tuple(claim for claim in there if claim[1] > ERRED)
-    for name, size, text in known:
+    for name, size, text in claims_kept(problem, y, t, functions, moved):
         tell(DeclarationWarning(text, name, size))
-
-
-def _claims(problem: Problem) -> bool:
-    """Tell whether a problem says anything of its motion that can be looked at."""
-    said = problem.invariants or problem.constraints or len(problem.forms) > 1
-    return problem.rows <= FEW and bool(said)
-
-
-def _looked_for(problem: Problem, y: Array, t: float, moved: bool = False) -> tuple[Claim, ...]:
-    with Gathered(quiet=True), suppress(Exception):
-        return false_claims(problem, problem.canonical(y) if moved else y, t)  # as flows need it
-    return ()  # of functions that plain Python cannot evaluate there
 
 
 @np.errstate(all="ignore")

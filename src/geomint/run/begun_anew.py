@@ -86,10 +86,10 @@ def begun_anew(
                 sizes, other, ratio = _looser(found, solved, chosen, named, begin)
             else:
                 ratio = 1.0 / STRICTER
+            off = math.inf if other is None else apart(final(found), other, sizes)
             if other is not None:
-                off = apart(final(found), other, sizes)
                 found.end_error = end_error(found, off, wanted, begin, ratio, expected)
-                expected = off / max(ratio - 1.0, 1.0)
+            expected = off / max(ratio - 1.0, 1.0)
             now, then = found.end_error, before.end_error
             if now and then and not chosen.step and now.error > then.error:  # varied in vain
                 found, chosen = before, former._replace(free=False)

@@ -52,6 +52,7 @@ from .wanted import Wanted
 
 __all__ = ["solve"]
 
+AS_NEW = "begin a new run from the last state, whose step is chosen anew"
 BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
 
 
@@ -200,8 +201,8 @@ def solve(
         former = Setting.of_former(problem) if isinstance(problem, Solution) else None
         if former is not None:
             _leave(found, former)
-            if not former.kept(found, confirmed=False):
-                _tell_steps(found)
+            if not former.kept(found, confirmed=False) and found.local_error is not None:
+                tell_errors(found.local_error, found.about.time, AS_NEW)
         return found
     for name in ("events", "observe"):  # a run may begin more than once
         if isinstance(named[name], Iterator):
@@ -221,8 +222,9 @@ def solve(
         tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
     elif accuracy is not None and (solution.end_error is None or measured is not None):
         accuracy.tell(measured)
-    elif not kept:
-        _tell_steps(solution)
+    elif not kept and solution.local_error is not None:
+        part = AIM * promised(solution.method) / solution.local_error.largest
+        tell_errors(solution.local_error, solution.about.time, advice(solution, part))
     if may_lose(solution, False):
         own, ranked = t0 if solution.problem.time == "t" else 0.0, solution.ranked
         begun = ranked.places[0][1] if isinstance(ranked, Ranked) else chosen.state
@@ -236,14 +238,6 @@ def _leave(found: Solution, chosen: Setting) -> None:
     """Note what is promised of a run for one that goes on."""
     if found.restart is not None:
         found.restart = replace(found.restart, wanted=chosen.promise)
-
-
-def _tell_steps(found: Solution) -> None:
-    """Warn of steps that err by more than is promised."""
-    error = found.local_error
-    if error is not None:
-        part = AIM * promised(found.method) / error.largest
-        tell_errors(error, found.about.time, advice(found, part))
 
 
 def _solved(
@@ -323,7 +317,7 @@ def _solved(
     form = problem.forms[0] if exact else chosen.needs
     if admitted is None or evaluated:  # else it has been looked at with the state
         functions = check_problem(problem, state, form, with_clock, evaluated)
-    tell_false_claims(problem, state, timeline.start)
+    tell_false_claims(problem, state, timeline.start, functions)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -412,7 +406,8 @@ def _solved(
         status.partial = solution
         raise status
     if solution.success and isinstance(solution.ranked, Ranked):
-        tell_false_claims(problem, solution.ranked.final[: problem.rows], solution.ranked.end, True)
+        reached = solution.ranked.final[: problem.rows]
+        tell_false_claims(problem, reached, solution.ranked.end, functions, moved=True)
     if given and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif given and step is not None and may_lose(solution, True):

@@ -101,10 +101,7 @@ def _integral_off(
     problem, known, ranked = solution.problem, solution.problem.invariants, solution.ranked
     end = final(solution)
     time = ranked.end if isinstance(ranked, Ranked) else end_time(solution)
-    none = {name for name, _, _ in claims_kept(problem, state, begin)}
     for name in [ENERGY] if ENERGY in known else known:
-        if name in none:
-            continue
         try:
             number = value_of(problem, known[name], state, compiled)
             before = number(state, begin)
@@ -116,5 +113,6 @@ def _integral_off(
             continue
         scale = max(scales_of([around], state)[0], abs(before))
         if change > explained * scale:
-            return name, change / scale
+            false = [claim for claim, _, _ in claims_kept(problem, state, begin)]
+            return None if name in false else (name, change / scale)
     return None
