@@ -812,7 +812,7 @@ def test_results_are_what_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
 
     found = last_states()
     monkeypatch.setattr(integrate, "check_problem", lambda *arguments: ())
-    np.testing.assert_array_equal(np.concatenate(found), np.concatenate(last_states()))
+    assert all(map(np.array_equal, found, last_states()))
     for problem, y0 in examples():
         if problem.field is not None:
             out, work = np.zeros(problem.rows), np.zeros(problem.work)
