@@ -14,7 +14,17 @@ from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
 from .callback import Ending
 from .error_estimate import label
-from .growth import apart, end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of
+from .growth import (
+    end_error,
+    end_time,
+    final,
+    hopeless,
+    may_grow,
+    met,
+    off_at_end,
+    second_end,
+    sizes_of,
+)
 from .local_error import Ranked
 from .promise import FEW_STEPS, MOST_STEPS, STRICTER, UNEVEN, Setting
 from .second import longer
@@ -52,13 +62,13 @@ def begun_anew(
     if wanted is not None:
         try:
             p = found.method.order
-            sizes, other, ratio = np.zeros(0), second_end(found), longer(p) ** p
+            sizes, other, ratio = None, second_end(found), longer(p) ** p
             if isinstance(found.method, Adaptive):
                 sizes, other, ratio = _looser(found, solved, chosen, named, begin)
         except KeyboardInterrupt:  # of a run that is done
             return found, chosen
         if other is not None:
-            off = apart(final(found), other, sizes if len(sizes) else sizes_of(found))
+            off = off_at_end(found, other, sizes, wanted)
             found.end_error = end_error(found, off, wanted, begin, ratio, 0.0)
             expected = off / max(ratio - 1.0, 1.0)
     for k in range(0 if once else ATTEMPTS):
@@ -81,13 +91,14 @@ def begun_anew(
         if wanted is not None:
             other, ratio = final(before), min(before.step / found.step, 1e3) ** found.method.order
             if isinstance(found.ranked, Ranked):
-                sizes = sizes_of(found)
+                sizes = None
             elif isinstance(before.ranked, Ranked):
                 sizes, other, ratio = _looser(found, solved, chosen, named, begin)
             else:
                 ratio = 1.0 / STRICTER
-            off = math.inf if other is None else apart(final(found), other, sizes)
+            off = math.inf
             if other is not None:
+                off = off_at_end(found, other, sizes, wanted)
                 found.end_error = end_error(found, off, wanted, begin, ratio, expected)
             expected = off / max(ratio - 1.0, 1.0)
             now, then = found.end_error, before.end_error
@@ -116,14 +127,14 @@ def _succeeded(
 
 def _looser(
     found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
-) -> tuple[Array, Array | None, float]:
+) -> tuple[Array | None, Array | None, float]:
     """Return sizes of pieces, and the end of a run with larger local tolerances, that errs more.
 
     None where nothing says that the run errs.
     """
     accuracy, name, end = chosen.accuracy, label(found)[0], end_time(found)
     doubted = accuracy is None or accuracy.note != "" or accuracy.reason == UNEVEN
-    own, none = named["t0"] if found.problem.time == "t" else 0.0, (np.zeros(0), None, 1.0)
+    own, none = named["t0"] if found.problem.time == "t" else 0.0, (None, None, 1.0)
     if chosen.state is None or not (doubted or may_grow(found, chosen.state, own)):
         return none
     given = {f"{name}_end": end, f"{name}_eval": np.linspace(begin, end, LOOKS)[1:]}

@@ -15,6 +15,7 @@ import numpy as np
 from ..arguments import Array
 from ..errors import EndWarning, tell
 from ..methods.adaptive import Adaptive
+from ..problems.deviation import sizes_of as largest_of_pieces
 from ..problems.evaluate import rates_of, value_of
 from ..problems.time_scale import jacobian
 from .error_estimate import label
@@ -24,7 +25,7 @@ from .solution import Solution
 
 __all__ = [
     *("end_error", "end_time", "estimated", "final", "hopeless", "may_grow", "met", "second_end"),
-    *("sizes_of", "tell_end_error"),
+    *("off_at_end", "sizes_of", "tell_end_error"),
 ]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
@@ -92,17 +93,24 @@ def sizes_of(found: Solution, *more: Array) -> Array:
         rates = rates_of(problem, begin, ranked.compiled)(problem, end, time)
         rates = np.where(np.isfinite(rates), rates, 0.0)
         states += [y for _, y in known] + [rates * found.step / found.method.step_fraction]
-    sizes: Array = np.abs(states).max(axis=0)
-    whole = float(sizes.max()) or 1.0
-    for rows in problem.slices.values():
-        sizes[rows] = sizes[rows].max() or whole
-    return sizes
+    return largest_of_pieces(problem, np.abs(states).max(axis=0))
 
 
 def apart(one: Array, other: Array, sizes: Array) -> float:
     """Return how far two states are apart, in parts of the sizes; infinity for what is no number."""
     off = float(np.max(np.abs(one[: len(sizes)] - other[: len(sizes)]) / sizes))
     return off if off < math.inf else math.inf
+
+
+def off_at_end(found: Solution, other: Array, sizes: Array | None, wanted: float) -> float:
+    """Return how far the end is from another, relative to sizes, its own, or those of all the run."""
+    end = final(found)
+    if sizes is None:
+        off = apart(end, other, largest_of_pieces(found.problem, end[: found.problem.rows]))
+        if off <= ENOUGH * wanted:
+            return off
+        sizes = sizes_of(found)
+    return apart(end, other, sizes)
 
 
 def estimated(found: Solution) -> float | None:
@@ -122,7 +130,7 @@ def end_error(
     errs by, as its order and one before it tell, or 0.
     """
     end = end_time(found)
-    if error <= wanted and found.steps > SHORT:
+    if error <= ENOUGH * wanted and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
     more = max(error / (local * ratio), 1.0)  # than local errors add up to
@@ -214,7 +222,7 @@ def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
         because = f"errors of steps grow {error.grown:.2g} times on the way"
         if accuracy is not None:
             asked = f"tolerance = {accuracy.tolerance:g} may not be met"
-            because = accuracy.note or because
+            because = accuracy.noted(found.local_error) or because
         rounded = error.grown * ROUNDING * math.sqrt(found.steps) > wanted
         do = advice(found, 0.0 if rounded else wanted / error.error)
         text = (

@@ -168,7 +168,7 @@ class Ranked:
         self._known = {k: self._place(k) for k in range(max(count - MARKS, 0), count)}
         self._short, self._begun = self._unranked_stretches, made.state
         self._longest = max(self._longest, abs(made.h))
-        self.part("missing")[0] = self.window - 1
+        self.part("missing")[0] = self.window
 
     @property
     def _unranked_stretches(self) -> list[tuple[Array, float, float, int]]:
@@ -317,8 +317,9 @@ def _template(window: int, power: float, rows: int) -> tuple[Array, dict[str, sl
     ends = np.cumsum([0, *layout]).tolist()
     places = {name: slice(*ends[i : i + 2]) for i, name in enumerate(layout._fields)}
     template = np.zeros(ends[-1])
-    given: dict[str, Any] = {"window": window, "rows": rows, "power": power, "missing": window - 1}
-    given["weights"] = 2 * [(-1) ** k * math.comb(window, k) for k in range(window + 1)]
-    for name, value in given.items():
+    every = window // 2 + 1 if power == 1.0 else 1  # each step is well inside of one of them
+    known = (("window", window), ("rows", rows), ("every", every))
+    weights = [(-1) ** k * math.comb(window, k) for k in range(window + 1)]
+    for name, value in (*known, ("missing", window), ("weights", 2 * weights)):
         template[places[name]] = value
     return template, places

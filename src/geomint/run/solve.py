@@ -214,14 +214,11 @@ def solve(
     solved = partial(_solved, problem, y0, given=False)
     solution, chosen = begun_anew(solved, chosen, named)
     kept, accuracy = chosen.kept(solution), chosen.accuracy
-    if accuracy is not None:
-        known = rough_error(solution) if kept else solution.local_error
-        accuracy = solution.accuracy = accuracy._replace(steps=known)
-    measured = estimated(solution)
+    solution.accuracy, measured = accuracy, estimated(solution)
     if chosen.wanted is not None and not met(solution, chosen.wanted):
         tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
     elif accuracy is not None and (solution.end_error is None or measured is not None):
-        accuracy.tell(measured)
+        accuracy.tell(rough_error(solution) if kept else solution.local_error, measured)
     elif not kept and solution.local_error is not None:
         part = AIM * promised(solution.method) / solution.local_error.largest
         tell_errors(solution.local_error, solution.about.time, advice(solution, part))

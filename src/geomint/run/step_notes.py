@@ -57,6 +57,8 @@ def may_lose(solution: Solution, given: bool) -> bool:
     Errors of steps that were `given` have not been measured: their ranks tell.
     """
     method, ranked, errors = solution.method, solution.ranked, 0.5 * QUIET  # of no steps
+    if solution.end_error is not None and solution.end_error.error < 0.1 * LOST:
+        return False
     if isinstance(ranked, Ranked):
         errors = ranked.number("total") if given else ranked.rough.total or errors
     elif isinstance(method, Adaptive):

@@ -13,12 +13,16 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
 from ..numbers.arithmetic import top
-from .ranks import keep, rank
+from .ranks import keep, rank_by_differences, rank_by_own_number
 from .status import OK, Steps
 
 
-def stepper(step: Recorded) -> Recorded:
-    """Return the loop of a method's step: what is compiled, and runs."""
+def stepper(step: Recorded, ranked: bool = False) -> Recorded:
+    """Return the loop of a method's step: what is compiled, and runs.
+
+    `ranked`: whether the residual of a step ranks it (`geomint.kernels.solve.ranks`).
+    """
+    rank = rank_by_own_number if ranked else rank_by_differences
 
     # A dispatcher that is handed on as an argument is an address in the machine code, which no
     # other process can use; one that is a closure value is code.
@@ -44,7 +48,8 @@ def stepper(step: Recorded) -> Recorded:
             may hold the first substeps of it.
         """
         saved = 0
-        ranked = len(ranks) > 0
+        watched, new = len(ranks) > 0, 0
+        often = int(ranks[2]) if watched else 0
         iterations = 0
         substeps = len(fractions) // 2
         for k in range(count):
@@ -61,12 +66,14 @@ def stepper(step: Recorded) -> Recorded:
                 for r in range(rows):
                     out[saved * rows + r] = memory[r]
                 saved += 1
-            if ranked:
-                if k > 0:
-                    rank(ranks, first + k)
+            if watched:
+                if new == often:
+                    rank(ranks, first + k, new)
+                    new = 0
                 keep(ranks, memory, top(residual))
-        if ranked and count > 0:
-            rank(ranks, first + count)
+                new += 1
+        if new > 0:
+            rank(ranks, first + count, new)
         return OK, count, iterations, 0.0
 
     advance.__name__ = step.function.__name__  # what "compiling …" says

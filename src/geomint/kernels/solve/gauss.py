@@ -273,10 +273,10 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
         return gauss_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
     if field is None:
-        return stepper(gauss)
+        return stepper(gauss, ranked=True)
 
     @helper
     def fused(functions, params, coefficients, substep, memory, work, t, h):
         return gauss((field,), params, coefficients, substep, memory, work, t, h)
 
-    return stepper(fused)
+    return stepper(fused, ranked=True)

@@ -211,4 +211,4 @@ def newton_stepper(groups: int) -> Recorded:
         n = int(top(section(coefficients, header, "rows")[0]))
         return newton_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
-    return stepper(gauss_newton)
+    return stepper(gauss_newton, ranked=True)

@@ -28,8 +28,6 @@ class Accuracy(NamedTuple):
     trials : tuple of (float, float or None)
         Steps, or values of ``rtol`` of an adaptive method, that were tried on a stretch of the motion,
         and the errors at the end that follow from it; None where the stretch could not be run.
-    steps : LocalError or None
-        What steps of the run erred by (`geomint.run.local_error`); None of adaptive methods.
     reason : str
         Why the method, where ``method="auto"`` chose it.
     """
@@ -38,7 +36,6 @@ class Accuracy(NamedTuple):
     expected: float
     floor: float
     trials: tuple[tuple[float, float | None], ...]
-    steps: LocalError | None = None
     reason: str = ""
 
     @classmethod
@@ -46,38 +43,42 @@ class Accuracy(NamedTuple):
         """Return what JSON has made lists of."""
         if numbers is None:
             return None
-        tolerance, expected, floor, trials, steps, reason = numbers
-        tried, known = tuple((a, b) for a, b in trials), LocalError(*steps) if steps else None
-        return cls(tolerance, expected, floor, tried, known, reason)
+        tolerance, expected, floor, trials, *_, reason = numbers  # of older files: of steps too
+        return cls(tolerance, expected, floor, tuple((a, b) for a, b in trials), reason)
 
     @property
     def note(self) -> str:
-        """What a user should know; empty if the tolerance is expected to be met."""
+        """What a user should know before the run; empty if the tolerance is expected to be met."""
+        return self.noted(None)
+
+    def noted(self, steps: LocalError | None) -> str:
+        """Return the note, by errors of steps where they are known."""
         if self.floor > self.tolerance:
             return f"roundings alone make about {self.floor:.1g} of such a run"
-        if self.steps is not None:
-            if self.steps.total <= DOUBT * self.tolerance:
+        if steps is not None:
+            if steps.total <= DOUBT * self.tolerance:
                 return ""
             return (
-                f"errors of steps add up to {self.steps.total:.2g}, that of a step is largest near "
-                f"{self.steps.time:.6g}"
+                f"errors of steps add up to {steps.total:.2g}, that of a step is largest near "
+                f"{steps.time:.6g}"
             )
         if self.expected <= DOUBT * self.tolerance:
             return ""
         known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
         return f"{len(self.trials)} trials let expect {known}"
 
-    def tell(self, measured: float | None = None) -> None:
+    def tell(self, steps: LocalError | None, measured: float | None) -> None:
         """Warn where the tolerance is not expected to be met, or was not, as a finer run says.
 
-        `measured` is the error at the end by that run, relative as the tolerance is.
+        `steps` is what steps of the run erred by, and `measured` the error at the end by that run,
+        relative as the tolerance is.
         """
         asked, known = f"tolerance = {self.tolerance:g}", self.expected
-        because, do = self.note, "give a shorter step in its place"
+        because, do = self.noted(steps), "give a shorter step in its place"
         if self.floor > self.tolerance:
             known, do = self.floor, "give a larger one, or an earlier end"
-        elif self.steps is not None:
-            known = self.steps.total
+        elif steps is not None:
+            known = steps.total
         if measured is not None:
             if measured > MISSED * self.tolerance:
                 found = f"by a run with finer steps the error at the end is about {measured:.1g}"

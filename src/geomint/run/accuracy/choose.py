@@ -123,7 +123,7 @@ class Wanted:
         trials: tuple[tuple[float, float | None], ...],
     ) -> Accuracy:
         """Return what is expected of the run."""
-        return Accuracy(self.tolerance, expected, floor, trials, None, self.reason)
+        return Accuracy(self.tolerance, expected, floor, trials, self.reason)
 
     def setting(
         self, method: Method, step: float | None, accuracy: Accuracy, **more: Any

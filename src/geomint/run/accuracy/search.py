@@ -99,7 +99,8 @@ class Search:
             if self.implicit and wanted > setting:
                 chosen = setting * min((wanted / setting) ** CAUTION, BEYOND)
             found = chosen, error * (chosen / setting) ** power
-            if near or (seen < SEEN and (before is not None or setting >= self.largest)):
+            back = before is not None and setting < before[0]
+            if near or (seen < SEEN and (back or setting >= self.largest)):
                 break
             before = (setting, error) if seen >= SEEN else before
             setting = wanted
