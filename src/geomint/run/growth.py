@@ -35,7 +35,8 @@ REGULAR = 30.0  # times the sum of local errors that a regular motion makes of t
 AGREE = 0.3, 3.0  # times what was expected: three runs err as their order says
 TRUSTED = 30.0  # times less than what two runs differ by one errs, at most, if it is regular
 SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
-SHORT = 6  # steps, which tell little
+SHORT, FEW = 6, 20  # steps: of so few both runs may err alike
+LITTLE = 0.03  # of what is wanted: clear of so few, too
 ROUNDING = 2.0**-53  # of each step, at least
 CLEAR = 0.1  # of roundings: local errors that are nothing beside them
 
@@ -130,7 +131,8 @@ def end_error(
     errs by, as its order and one before it tell, or 0.
     """
     end = end_time(found)
-    if error <= ENOUGH * wanted and found.steps > SHORT:
+    clear = ENOUGH if found.steps > FEW else LITTLE
+    if error <= clear * wanted and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
     more = max(error / (local * ratio), 1.0)  # than local errors add up to

@@ -20,7 +20,7 @@ __all__ = [
 
 Ranks = namedtuple(
     "Ranks",
-    "window rows every missing slot own total records largest padding numbers ats inverse marks "
+    "window rows every missing slot own before total records largest padding numbers ats inverse marks "
     "ring weights",
 )
 
@@ -34,15 +34,16 @@ def ranks_layout(window: int, groups: int) -> Ranks:
     """Return the layout of what is known of a run's steps.
 
     A number is one of the last `window` steps, after `every` so many; states are `missing` for the
-    first. Then the slot of the last state in the ring, and its step's `own` number; the total of all
-    numbers, or their squares; how many records there were, and the largest number; of the last records
-    numbers and steps done; 1/size of each row; the states where windows of the last records begin; the
-    ring of the last states; the weights of differences, twice. States are in `groups` lane values.
+    first. Then the slot of the last state in the ring, and its step's `own` number; the one `before`;
+    the total of all numbers, or their squares; how many records there were, and the largest number;
+    of the last records numbers and steps done; 1/size of each row; the states where windows of the
+    last records begin; the ring of the last states; the weights of differences, twice. States are in
+    lane values, so many `groups`.
     """
     rows = 8 * groups
     return Ranks(
-        window=1, rows=1, every=1, missing=1, slot=1, own=1, total=1, records=1, largest=1,
-        padding=7, numbers=MARKS, ats=MARKS, inverse=rows, marks=MARKS * rows,
+        window=1, rows=1, every=1, missing=1, slot=1, own=1, before=1, total=1, records=1, largest=1,
+        padding=6, numbers=MARKS, ats=MARKS, inverse=rows, marks=MARKS * rows,
         ring=(window + 1) * rows, weights=2 * window + 2,
     )  # fmt: skip
 
@@ -95,7 +96,11 @@ def _rank(ranks, done: int, steps: int, number: float, squared: bool) -> None:
         return
     if not number <= HUGE:  # or none at all
         number = HUGE
-    known.total[0] += number * number if squared else steps * number
+    if squared:
+        known.total[0] += number * number
+    else:
+        known.total[0] += steps * 0.5 * (known.before[0] + number)
+        known.before[0] = number
     if number > known.largest[0]:
         _record(ranks, number, done)
 
