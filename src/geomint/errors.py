@@ -263,9 +263,11 @@ def keeping(function: Callable[P, R]) -> Callable[P, R]:
                 found: Any = function(*args, **named)
             except StepError as error:
                 if error.partial is not None:
-                    error.partial.warnings = tuple(told)
+                    vars(error.partial)["warnings"] = tuple(told)
                 raise
-        found.warnings = tuple(told)
+        vars(found)["warnings"] = tuple(told)
+        if (above := _told.get()) is not None:
+            above += [warning for warning in told if warning not in above]
         return found  # type: ignore[no-any-return]
 
     return kept

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import pickle
 import warnings
@@ -15,9 +16,13 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.plan import plan_scan
+from geomint.compare.runs import compare
+from geomint.plan import plan_chaos, plan_scan, plan_section
 from geomint.problems.testproblems import henon_heiles, neumann
+from geomint.report.chaos_page import write_chaos_report
+from geomint.report.compare_page import write_compare_report
 from geomint.report.scan_page import write_scan_report
+from geomint.report.section_page import write_section_report
 from geomint.report.summary import print_runs
 from geomint.run.provenance import run_record
 
@@ -229,3 +234,39 @@ def test_scans_have_a_column(tmp_path: Path) -> None:
     assert (record["warned"], of_json["member"], of_json["initial.v[1]"]) == (1, 1, 1.0)
     assert {**of_json, **told.as_json()} == of_json
     assert "initial.v[1] = 1: too long" in (tmp_path / "scan.html").read_text("utf-8")
+
+
+def test_sections_and_exponents_carry_them(tmp_path: Path) -> None:
+    with pytest.warns(gi.StateWarning):
+        section = gi.poincare_section(NEUMANN, OFF, "q[2]", 2, step=0.1, progress=False)
+    with pytest.warns(gi.StateWarning):
+        found = gi.lyapunov(NEUMANN, OFF, t_end=1.0, step=0.1)
+    assert [w.kind for w in (*section.warnings, *found.warnings)] == 2 * ["StateWarning"]
+    told, scene = gi.StepWarning("too long", "state", 0.5, 3.0), gi.Scene(**SCENE)
+    lossy: dict[str, Any] = {"method": "rk-4", "step": 0.9, "progress": False}
+    with pytest.warns(gi.StepWarning, match="energy"):
+        again = gi.poincare_section(scene.problem, scene.state, "q[2]", 40, **lossy)
+    with pytest.warns(gi.StepWarning, match="energy"):
+        parted = gi.lyapunov(scene.problem, scene.state, t_end=100.0, **lossy)
+    assert {w.quantity for w in (*again.warnings, *parted.warnings)} == {"energy"}
+    section, found = (dataclasses.replace(x, warnings=(told,)) for x in (section, found))
+    write_chaos_report(plan_chaos(scene), found, tmp_path)
+    write_section_report(plan_section(scene, event="q[2]", points=2), section, tmp_path)
+    for name in ("chaos", "section"):
+        assert json.loads((tmp_path / f"{name}.json").read_text("utf-8"))["warnings"] == [
+            told.as_json()
+        ]
+        assert "<strong>StepWarning.</strong> too long." in (tmp_path / f"{name}.html").read_text(
+            "utf-8"
+        )
+
+
+def test_comparisons_carry_them(tmp_path: Path) -> None:
+    scene = gi.Scene(**SCENE)
+    found = compare(scene.model, {"t_end": 40.0}, ["rk-4"], steps=[0.9, 0.01], repeats=1)
+    coarse, fine = found.points
+    assert [w["kind"] for w in coarse.warnings] == ["StepWarning"]
+    assert fine.warnings == ()
+    write_compare_report(found, scene, tmp_path)
+    assert json.loads((tmp_path / "compare.json").read_text("utf-8"))["points"][0]["warnings"]
+    assert "; StepWarning</td>" in (tmp_path / "compare.html").read_text("utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 __all__ = ["MAX_SECONDS", "Point", "timed_runs"]
 
@@ -37,6 +38,8 @@ class Point:
         ``"ok"``, or why there is no result or no error.
     peer : str or None
         Package and version of a peer; None for geomint's methods.
+    warnings : tuple of dict
+        What the run has warned of, as `geomint.Solution.warnings`, each as JSON has it.
     """
 
     method: str
@@ -53,3 +56,4 @@ class Point:
     rtol: float | None = None
     bound: float | None = None
     peer: str | None = None
+    warnings: tuple[dict[str, Any], ...] = ()

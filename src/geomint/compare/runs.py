@@ -230,5 +230,6 @@ def _measured(point: Point, outcome: Outcome, endpoint: Endpoint) -> Point:
         steps=solution.steps,
         evaluations=solution.evaluations,
         repeats=outcome.repeats,
+        warnings=tuple(warning.as_json() for warning in solution.warnings),
         **endpoint.judged(solution.problem, solution.y[-1]),
     )

@@ -50,6 +50,7 @@ def chaos_record(plan: ChaosPlan, found: Lyapunov, command: str | None) -> dict[
         "iterations": found.iterations,
         **method_record(plan.scene.method),
         "initial": plan.route.state.tolist(),
+        "warnings": [warning.as_json() for warning in found.warnings],
         "provenance": scene_record(plan.scene, command),
     }
     told: dict[str, Any] = finite_json(record)

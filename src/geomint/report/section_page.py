@@ -51,6 +51,7 @@ def section_record(plan: SectionPlan, section: Section, command: str | None) -> 
             for i, (y, n) in enumerate(zip(plan.states, counts, strict=True))
         ],
         "kept": _kept(plan, section),
+        "warnings": [warning.as_json() for warning in section.warnings],
         "provenance": {**scene_record(plan.scene, command), "seed": content.section.seed},
     }
     found: dict[str, Any] = finite_json(record)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
+from ..errors import GeomintWarning
 from ..problems.shown import Shown
 from .files.outputs import whole_file
 
@@ -53,6 +54,8 @@ class Lyapunov(Shown):
         needed.
     status : str
         ``"success"``, ``"interrupted"`` or ``"failed"``: then up to there.
+    warnings : tuple of GeomintWarning
+        All that has been told, as `geomint.Solution.warnings`.
     """
 
     exponents: Array
@@ -65,6 +68,7 @@ class Lyapunov(Shown):
     steps: int
     iterations: int
     status: str = "success"
+    warnings: tuple[GeomintWarning, ...] = ()
 
     @property
     def verdict(self) -> str:

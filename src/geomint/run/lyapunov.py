@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, switch, whole
-from ..errors import DomainError, StepError
+from ..errors import DomainError, StepError, keeping
 from ..methods import Method, find_solver
 from ..methods.carried import Carried, sizes_of_pieces
 from ..methods.method import Start
@@ -20,6 +20,7 @@ from .growing import Growing
 from .integrator import Integrator
 from .progress import Progress
 from .solve import solve
+from .step_notes import tell_lost
 from .tangent_flow import started
 from .timeline import Timeline
 from .watched_steps import WatchedSteps, tell_fastest
@@ -32,6 +33,7 @@ LOOKS, PART = 32, 20  # at how fast the motion is, beside the first of its steps
 PIECE = 1 << 14  # steps between which Ctrl-C is seen
 
 
+@keeping
 def lyapunov(
     problem: Problem,
     y0: Any,
@@ -137,9 +139,12 @@ def lyapunov(
         except StepError as error:
             error.partial = growing.found(problem.rows, span, "failed")
             raise
+    found = growing.found(problem.rows, span, "success")
+    end = timeline.start + timeline.h * steps + rest
+    tell_lost(problem, (state, timeline.start), (found.y, end), timeline.h, end)
     if places:
         tell_fastest(_integrator(problem, known, find_solver(method), -1.0), places)
-    return growing.found(problem.rows, span, "success")
+    return found
 
 
 def _integrator(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, finite, positive, switch, whole
-from ..errors import DomainError, StepError
+from ..errors import DomainError, StepError, keeping
 from ..methods import Exact, Method, find_solver
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
@@ -29,6 +29,7 @@ FIRST_PIECE, PIECE = 1 << 12, 1 << 17  # steps between which points are counted
 PATIENCE = 10**6  # steps without a point after which no more are expected
 
 
+@keeping
 def poincare_section(
     problem: Problem,
     states: Any,

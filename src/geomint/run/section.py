@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
+from ..errors import GeomintWarning
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.at_states import values_at
@@ -55,6 +56,8 @@ class Section(Shown, Compared):
         Of the method in the problem's own time; of an adaptive one the mean.
     steps : int
         Of all motions.
+    warnings : tuple of GeomintWarning
+        All that has been told, as `geomint.Solution.warnings`.
     """
 
     problem: Problem
@@ -69,6 +72,7 @@ class Section(Shown, Compared):
     status: SectionStatus
     step: float
     steps: int
+    warnings: tuple[GeomintWarning, ...] = ()
 
     def __len__(self) -> int:
         return len(self.tau)

@@ -17,7 +17,7 @@ from .local_error import Ranked, promised
 from .solution import Solution
 from .timeline import Timeline
 
-__all__ = ["may_lose", "tell_long_steps", "tell_lost_integrals", "tell_short_run"]
+__all__ = ["may_lose", "tell_long_steps", "tell_lost", "tell_lost_integrals", "tell_short_run"]
 
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
@@ -63,8 +63,11 @@ def may_lose(solution: Solution, given: bool) -> bool:
         errors = ranked.number("total") if given else ranked.rough.total or errors
     elif isinstance(method, Adaptive):
         errors = solution.steps * method.rtol
-    small = len(solution.y) > 0 and solution.problem.rows <= FEW
-    return solution.success and small and not 0.0 < errors < (QUIET if given else 0.1 * LOST)
+    return (
+        solution.success
+        and len(solution.y) > 0
+        and not 0.0 < errors < (QUIET if given else 0.1 * LOST)
+    )
 
 
 def tell_lost_integrals(
@@ -74,47 +77,69 @@ def tell_lost_integrals(
 
     The run began at a `state` and a time of its own; `given`: with a step, that promises nothing.
     """
-    method, explained = solution.method, LOST
+    method, explained, ranked = solution.method, LOST, solution.ranked
     if not (given or isinstance(method, Adaptive) or solution.accuracy):
         explained = max(LOST, MORE * solution.steps * promised(method))
-    found = _integral_off(solution, state, begin, compiled, explained)
+    time = ranked.end if isinstance(ranked, Ranked) else end_time(solution)
+    end = final(solution)[: solution.problem.rows], time
+    told, rtol = end_time(solution), method.rtol if isinstance(method, Adaptive) else None
+    tell_lost(solution.problem, (state, begin), end, solution.step, told, rtol, explained, compiled)
+
+
+def tell_lost(
+    problem: Problem,
+    begin: tuple[Array, float],
+    end: tuple[Array, float],
+    step: float,
+    told: float,
+    rtol: float | None = None,
+    explained: float = LOST,
+    compiled: bool = True,
+) -> None:
+    """Warn if an integral is off between two states, at their times, by more than is `explained`.
+
+    `told` is the time at the end as the user has given it.
+    """
+    few = problem.rows <= FEW
+    found = _integral_off(problem, begin, end, explained, compiled) if few else None
     if found is None:
         return
     name, part = found
-    if isinstance(method, Adaptive):
-        said, instead = f"steps with rtol = {method.rtol:g} err so much", "a smaller rtol"
-    else:
-        said, instead = f"steps of {abs(solution.step):.3g} are so long", "a shorter step"
+    said, instead = f"steps of {abs(step):.3g} are so long", "a shorter step"
+    if rtol is not None:
+        said, instead = f"steps with rtol = {rtol:g} err so much", "a smaller rtol"
     text = (
         f"{said} that {name} is off by {part:.2g} of its size at the end: give {instead}, or a "
         "tolerance in its place"
     )
-    tell(StepWarning(text, name, part, end_time(solution)))
+    tell(StepWarning(text, name, part, told))
 
 
 def _integral_off(
-    solution: Solution, state: Array, begin: float, compiled: bool, explained: float
+    problem: Problem,
+    begin: tuple[Array, float],
+    end: tuple[Array, float],
+    explained: float,
+    compiled: bool,
 ) -> tuple[str, float] | None:
     """Return an integral that is off at the end by more than that part of its scale, and by how much.
 
     The energy is looked at, where there is one, and else all, but for those that are none. The scale is
     `rounding_scale` where the run began, or the value there where that overflows.
     """
-    problem, known, ranked = solution.problem, solution.problem.invariants, solution.ranked
-    end = final(solution)
-    time = ranked.end if isinstance(ranked, Ranked) else end_time(solution)
+    known, (state, time) = problem.invariants, begin
     for name in [ENERGY] if ENERGY in known else known:
         try:
             number = value_of(problem, known[name], state, compiled)
-            before = number(state, begin)
-            change = abs(number(end[: problem.rows], time) - before)
+            before = number(state, time)
+            change = abs(number(*end) - before)
             if change <= explained * abs(before):
                 continue
-            around = [number(y, begin) for y in states_around(state)]
+            around = [number(y, time) for y in states_around(state)]
         except ArithmeticError:  # of a function in plain Python
             continue
         scale = max(scales_of([around], state)[0], abs(before))
         if change > explained * scale:
-            false = [claim for claim, _, _ in claims_kept(problem, state, begin)]
+            false = [claim for claim, _, _ in claims_kept(problem, state, time)]
             return None if name in false else (name, change / scale)
     return None
