@@ -13,7 +13,7 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
 from ..numbers.arithmetic import top
-from .ranks import keep, rank_by_differences, rank_by_own_number
+from .ranks import counts, keep, rank_by_differences, rank_by_own_number
 from .status import OK, Steps
 
 
@@ -48,8 +48,8 @@ def stepper(step: Recorded, ranked: bool = False) -> Recorded:
             may hold the first substeps of it.
         """
         saved = 0
-        watched, new = len(ranks) > 0, 0
-        often = int(ranks[2]) if watched else 0
+        watched, new, own = len(ranks) > 0, 0, 0.0
+        window, ranked, often, slot = counts(ranks) if watched else (0, 0, 0, 0)
         iterations = 0
         substeps = len(fractions) // 2
         for k in range(count):
@@ -68,12 +68,12 @@ def stepper(step: Recorded, ranked: bool = False) -> Recorded:
                 saved += 1
             if watched:
                 if new == often:
-                    rank(ranks, first + k, new)
+                    rank(ranks, first + k, new, own)
                     new = 0
-                keep(ranks, memory, top(residual))
+                slot, own = keep(ranks, window, ranked, slot, memory), top(residual)
                 new += 1
         if new > 0:
-            rank(ranks, first + count, new)
+            rank(ranks, first + count, new, own)
         return OK, count, iterations, 0.0
 
     advance.__name__ = step.function.__name__  # what "compiling …" says

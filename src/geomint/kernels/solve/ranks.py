@@ -15,7 +15,15 @@ from ..numbers.arithmetic import fma, top, total
 from ..numbers.blocks import as_lanes, sections
 
 __all__ = [
-    *("MARKS", "SATURATED", "keep", "rank_by_differences", "rank_by_own_number", "ranks_layout"),
+    *(
+        "MARKS",
+        "SATURATED",
+        "counts",
+        "keep",
+        "rank_by_differences",
+        "rank_by_own_number",
+        "ranks_layout",
+    ),
 ]
 
 Ranks = namedtuple(
@@ -54,32 +62,38 @@ def _parts(ranks) -> Ranks:
 
 
 @inlined
-def keep(ranks, memory, own: float) -> None:
-    """Take the state after a step, which has a number of its `own`."""
-    window, rows, known = int(ranks[0]), int(ranks[1]), _parts(ranks)
-    slot = int(known.slot[0]) + 1
-    if slot > window:
-        slot = 0
-    known.slot[0], known.own[0] = float(slot), own
-    for r in range(rows):
-        known.ring[slot * 8 * ((rows + 7) // 8) + r] = top(memory[r])
+def counts(ranks) -> tuple[int, int, int, int]:
+    """Return what a loop need not load again: window, rows, steps for a number, the last slot."""
+    return int(ranks[0]), int(ranks[1]), int(ranks[2]), int(ranks[4])
 
 
 @inlined
-def rank_by_own_number(ranks, done: int, steps: int) -> None:
-    """Rank the last of so many steps, which is the one before `done`, by its own number.
+def keep(ranks, window: int, rows: int, slot: int, memory) -> int:
+    """Take the state after a step, and return its slot; `slot` was that of the one before."""
+    groups = (rows + 7) // 8
+    known = sections(ranks, ranks_layout(window, groups))
+    slot = slot + 1 if slot < window else 0
+    known.slot[0] = float(slot)
+    for r in range(rows):
+        known.ring[slot * 8 * groups + r] = top(memory[r])
+    return slot
+
+
+@inlined
+def rank_by_own_number(ranks, done: int, steps: int, own: float) -> None:
+    """Rank the last of so many steps, which is the one before `done`, by a number of its `own`.
 
     Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Numbers of
     `SATURATED` or more are multiplied by how much the states differ.
     """
-    number = _parts(ranks).own[0]
+    _parts(ranks).own[0], number = own, own
     if number >= SATURATED:
         number *= 1.0 + _differences(ranks)
     _rank(ranks, done, steps, number, True)
 
 
 @helper
-def rank_by_differences(ranks, done: int, steps: int) -> None:
+def rank_by_differences(ranks, done: int, steps: int, own: float) -> None:
     """Rank the last of so many steps by differences, for all of them.
 
     It is a call of its own: loops of short steps become slower than that by what stands in them.
@@ -116,10 +130,11 @@ def _differences(ranks) -> float:
     for g in range(groups):
         sum = known.weights[last] * ring[g]
         more = 0.0 * sum  # two chains of sums take half the time of one
-        for i in range(1, places, 2):
+        for i in range(1, places - 1, 2):
             sum = fma(known.weights[last - i], ring[i * groups + g], sum)
-        for i in range(2, places, 2):
-            more = fma(known.weights[last - i], ring[i * groups + g], more)
+            more = fma(known.weights[last - i - 1], ring[(i + 1) * groups + g], more)
+        if places % 2 == 0:
+            sum = fma(known.weights[last - places + 1], ring[(places - 1) * groups + g], sum)
         apart = fma(abs(sum + more), inverse[g], apart)
     return total(apart)
 
