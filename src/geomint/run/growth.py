@@ -37,6 +37,7 @@ TRUSTED = 30.0  # times less than what two runs differ by one errs, at most, if 
 SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
 SHORT, FEW = 6, 20  # steps: of so few both runs may err alike
 LITTLE = 0.03  # of what is wanted: clear of so few, too
+RESOLVED = 30.0  # numbers of steps: where one has more, both runs may agree by chance
 ROUNDING = 2.0**-53  # of each step, at least
 CLEAR = 0.1  # of roundings: local errors that are nothing beside them
 
@@ -130,20 +131,21 @@ def end_error(
     `begin` is where the run began, in the time that its end is given in; `other` is what the other run
     errs by, as its order and one before it tell, or 0.
     """
-    end = end_time(found)
-    clear = ENOUGH if found.steps > FEW else LITTLE
-    if error <= clear * wanted and found.steps > SHORT:
+    end, clear = end_time(found), ENOUGH if found.steps > FEW else LITTLE
+    ranked = found.ranked if isinstance(found.ranked, Ranked) else None
+    resolved = ranked is None or ranked.number("largest") < RESOLVED
+    if error <= clear * wanted and resolved and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
     more = max(error / (local * ratio), 1.0)  # than local errors add up to
     left = BIAS * found.method.options.get("iteration_tolerance", 0.0) * found.steps
     left += ROUNDING * math.sqrt(found.steps)
-    few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
+    few = ranked is not None and ranked.concentrated
     agree = AGREE[0] * other < error < AGREE[1] * other
     known = agree or (more < REGULAR and not few)
     if known and found.steps > SHORT and left * more < wanted:
         error /= min(math.sqrt(max(ratio - 1.0, 1.0)), TRUSTED)
-    if isinstance(found.ranked, Ranked):
+    if ranked is not None:
         error = max(error, local)
     if error <= wanted:
         return EndError(error, end, 1.0)
