@@ -261,3 +261,25 @@ def test_a_tolerance_holds_where_something_comes_later(method: str, width: float
         assert (method, width) != ("auto", 0.1)
         assert sol.local_error is not None
         assert sol.local_error.total < 3e-6
+
+
+@gi.field
+def turned(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Angular velocities of a body that is pushed at a time, for a time."""
+    s = (t - params[0]) / params[1]
+    push = 1.0 / (1.0 + s * s)
+    out[0] = params[2] * push * push * push * push
+    out[1] = 0.3 * y[0]
+    out[2] = 1.0 + 0.2 * y[1]
+
+
+def test_auto_varies_steps_of_group_actions() -> None:
+    action, pieces = gi.GroupAction(turned, gi.so3(1)), (("v", 3),)
+    body = gi.Problem("turned", pieces, params=[37.0, 0.05, 30.0], action=action)
+    given: dict[str, Any] = {"t_end": 60.0, "progress": False}
+    right = gi.solve(body, [0.6, 0.0, 0.8], method="rkmk-dop853", step=0.001, **given).y[-1]
+    sol = gi.solve(body, [0.6, 0.0, 0.8], method="auto", tolerance=1e-6, **given)
+    assert sol.method.name == "rkmk-dop853-adaptive"
+    assert np.abs(sol.y[-1] - right).max() < 1e-5
+    assert sol.steps < 1000  # of one length that is short enough for the push there are more
+    assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-13

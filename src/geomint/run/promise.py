@@ -30,6 +30,7 @@ AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
 SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
 STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
+VARIABLE_STEPS = {"field": "dop853-adaptive", "action": "rkmk-dop853-adaptive"}
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
 UNEVEN = "steps of one length erred too much, so that these vary"
 MOST_STEPS, FEW_STEPS = 2.0**20, 2.0**12  # that a run is begun anew with; in plain Python
@@ -172,13 +173,14 @@ class Setting(NamedTuple):
 
     def variable(self, found: Solution) -> Setting | None:
         """Return variable steps where few decide, if another method may be taken."""
-        fits, ranked = "field" in found.problem.forms, found.ranked
-        if not (self.free and self.wanted and fits and isinstance(ranked, Ranked)):
+        ranked, forms = found.ranked, found.problem.forms
+        name = next((VARIABLE_STEPS[form] for form in VARIABLE_STEPS if form in forms), None)
+        if not (self.free and self.wanted and name and isinstance(ranked, Ranked)):
             return None
         if not ranked.concentrated:
             return None
         rtol, state = VARIABLE * self.wanted, ranked.places[0][1]
-        adaptive = find_method("dop853-adaptive")
+        adaptive = find_method(name)
         assert isinstance(adaptive, Adaptive)
         method = at_tolerance(adaptive, rtol)
         accuracy = self.accuracy and self.accuracy._replace(reason=UNEVEN)
