@@ -25,6 +25,7 @@ from geomint.problems.evaluate import derivative, rates_of
 from geomint.problems.testproblems import henon_heiles
 from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
+from geomint.run.accuracy.accuracy import Accuracy
 from geomint.run.accuracy.auto import STAGES, auto_method
 from geomint.run.accuracy.choose import LARGE
 from geomint.run.accuracy.search import MOST, Search, Trial
@@ -259,6 +260,13 @@ def test_a_run_begins_anew_where_the_motion_becomes_faster(name: str) -> None:
 
 
 @gi.field
+def rising_pitch(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    w = 1.0 + params[0] * t
+    out[0] = y[1]
+    out[1] = -w * w * y[0]
+
+
+@gi.field
 def bump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """An oscillator that is 20 times as stiff for a while."""
     s = 0.5 * (t - 80.0)
@@ -378,6 +386,36 @@ def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
     sol = gi.solve(p, tame, **given, progress=False)
     assert sol.end_error is not None
     assert sol.end_error.grown < 10.0
+
+
+def test_runs_that_agree_by_chance_are_looked_at() -> None:
+    """Both runs resolved nothing, and their ends were 2.6 tolerances apart."""
+    p = gi.Problem("rising", (("y", 2),), params=[1.38428472], field=rising_pitch)
+    given: dict[str, Any] = {"t_end": 24.74520810609258, "progress": False}
+    sol = gi.solve(p, [0.67775478, 1.15880023], method="auto", tolerance=6.306e-4, **given)
+    right = gi.solve(p, [0.67775478, 1.15880023], step=1e-3, **given).y[-1]
+    assert np.abs(sol.y[-1] - right).max() < 6.306e-3 * np.abs(right).max()
+
+
+@gi.field
+def two_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    for i in range(2):
+        out[i] = y[2 + i]
+        out[2 + i] = -params[i] * params[i] * y[i]
+
+
+def test_trials_go_on_where_errors_drown_in_roundings() -> None:
+    """They ended at the first such step: the run had 307 steps, where 220 do."""
+    p = gi.Problem("pairs", (("y", 4),), params=[1.3, 2.1], field=two_pairs)
+    given: dict[str, Any] = {"t_end": 300.0, "method": "auto", "progress": False}
+    sol = gi.solve(p, [1.0, 0.3, 0.2, 0.3], tolerance=1e-9, **given)
+    assert 180 < sol.steps < 260
+
+
+def test_older_files_are_read() -> None:
+    """They had errors of steps among the numbers."""
+    older = [1e-6, 1e-7, 0.0, [[0.1, None]], None, "fits"]
+    assert Accuracy.read(older) == (1e-6, 1e-7, 0.0, ((0.1, None),), "fits")
 
 
 def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:

@@ -15,15 +15,8 @@ from ..numbers.arithmetic import fma, top, total
 from ..numbers.blocks import as_lanes, sections
 
 __all__ = [
-    *(
-        "MARKS",
-        "SATURATED",
-        "counts",
-        "keep",
-        "rank_by_differences",
-        "rank_by_own_number",
-        "ranks_layout",
-    ),
+    *("MARKS", "SATURATED", "counts", "keep", "ranks_layout"),
+    *("rank_by_differences", "rank_by_own_number"),
 ]
 
 Ranks = namedtuple(
