@@ -17,7 +17,6 @@ from ..methods.adaptive import Adaptive
 from .accuracy.accuracy import Accuracy
 from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import DOUBT, SURE, LocalError, Ranked, promised
-from .second import longer
 from .solution import Solution
 
 __all__ = [
@@ -28,7 +27,8 @@ AT_END = 1e-9
 ENOUGH = 3.0  # times: of the end, where sums are better known; of steps, where few err, and most
 AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
-SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
+SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long,
+LESS = 0.3  # and of its error at most, of high orders: an end is confirmed that is in doubt alone
 STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
 VARIABLE_STEPS = {"field": "dop853-adaptive", "action": "rkmk-dop853-adaptive"}
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
@@ -38,7 +38,11 @@ MOST_STEPS, FEW_STEPS = 2.0**20, 2.0**12  # that a run is begun anew with; in pl
 
 def shortened(factor: float, power: int) -> float:
     """Return by what a step is multiplied so that an error is, as far as one goes at a time."""
-    return min(max(float(factor ** (1.0 / power)), SHORTEST), max(LONGEST, 1.0 / longer(power)))
+    return min(max(float(factor ** (1.0 / power)), SHORTEST), _longest(power))
+
+
+def _longest(power: int) -> float:
+    return max(LONGEST, float(LESS ** (1.0 / power)))
 
 
 class Setting(NamedTuple):
@@ -146,7 +150,7 @@ class Setting(NamedTuple):
         step, method = self.step or abs(found.step), self.method
         factor = SHORTER if self.accuracy else FAILED
         if error is not None and local:
-            factor, step = max(LONGEST, 1.0 / longer(p)), min(step, local.step)
+            factor, step = _longest(p), min(step, local.step)
             if self.each:
                 part = AIM * promised(found.method) / max(local.largest, 1e-300)
                 factor = min(factor, shortened(part, p + 1))
