@@ -442,6 +442,24 @@ def uneven_words() -> dict[str, str]:
     }
 
 
+def another_time_words() -> dict[str, str]:
+    """Return the largest errors and the times of calls of uneven motions by method "auto"."""
+    record, ways = result("another_time"), ("auto", "fixed", "adaptive")
+    orbits = [row for row in record["rows"] if row["e"] is not None]
+    rows = []
+    for tolerance, e in sorted({(row["tolerance"], row["e"]) for row in orbits}, reverse=True):
+        some = [row for row in orbits if (row["tolerance"], row["e"]) == (tolerance, e)]
+        cells = [f"{tolerance:g}", f"{e:g}", *sorted({row["auto"]["problem"] for row in some})[-1:]]
+        for way in ways:
+            worst = max(row[way]["error_over_tolerance"] for row in some)
+            times = [row[way]["call_milliseconds"] for row in some]
+            cells.append(f"{math.prod(times) ** (1.0 / len(times)):.0f} ms, {worst:.2g}")
+        rows.append(cells)
+    heads = ["tolerance", "eccentricity", "run", '`"auto"`', "Gauss in t", "`dop853-adaptive`"]
+    words = {"another_time_table": _table(heads, rows)}
+    return {**words, "another_time_machine": measured_on(record)}
+
+
 def frequency_words() -> dict[str, str]:
     """Return how exact frequencies of runs are, and what their digits tell."""
     record = result("frequencies")
@@ -734,6 +752,7 @@ def substitutions() -> dict[str, str]:
         **traps_words(),
         **frequency_words(),
         **uneven_words(),
+        **another_time_words(),
         **lyapunov_words(),
         **ensemble_words(),
         **brouwer_words(),

@@ -20,7 +20,7 @@ from .growing import Growing
 from .integrator import Integrator
 from .progress import Progress
 from .solve import solve
-from .step_notes import tell_lost
+from .step_notes import integral_off, tell_lost
 from .tangent_flow import started
 from .timeline import Timeline
 from .watched_steps import WatchedSteps, tell_fastest
@@ -141,7 +141,8 @@ def lyapunov(
             raise
     found = growing.found(problem.rows, span, "success")
     end = timeline.start + timeline.h * steps + rest
-    tell_lost(problem, (state, timeline.start), (found.y, end), timeline.h, end)
+    off = integral_off(problem, (state, timeline.start), (found.y, end))
+    tell_lost(off, end, timeline.h, find_solver(method))
     if places:
         tell_fastest(_integrator(problem, known, find_solver(method), -1.0), places)
     return found

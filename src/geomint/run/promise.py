@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from ..arguments import Array
 from ..methods import Method, find_method, find_solver
 from ..methods.adaptive import Adaptive
+from ..problems.problem import Problem
 from .accuracy.accuracy import Accuracy
 from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import DOUBT, SURE, LocalError, Ranked, promised
@@ -66,6 +67,12 @@ class Setting(NamedTuple):
         Canonical, and what `check_problem` has returned, where that is known.
     accuracy : Accuracy or None
         What is expected, where a tolerance is given.
+    iterations : float
+        How many are expected then.
+    states : array or None
+        Of the motion, as far as trials have gone.
+    problem : Problem or None
+        In another time, where that is taken.
     """
 
     method: Method
@@ -78,6 +85,9 @@ class Setting(NamedTuple):
     state: Array | None = None
     functions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
+    iterations: float = 0.0
+    states: Array | None = None
+    problem: Problem | None = None
 
     @classmethod
     def default(cls, method: str | Method | None) -> Setting:

@@ -52,6 +52,7 @@ from .wanted import Wanted
 
 __all__ = ["solve"]
 
+CHOSEN = ("problem", "y0", "method", "step", "tolerance", "breaks")  # arguments before a run
 AS_NEW = "begin a new run from the last state, whose step is chosen anew"
 BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
 
@@ -100,10 +101,11 @@ def solve(
         in the problem's own time. Before the beginning: backwards.
     method : str or Method
         Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default; with a `tolerance` also
-        ``"auto"``, which problem and tolerance choose (`geomint.run.accuracy.auto`). ``"exact"`` is the
-        exact motion of a problem that has one (`geomint.Problem.exact`): no steps, so neither `step`
-        nor `save_every`; states where they are asked for, events on the motion itself, quantities
-        watched at the times that are asked for, of which `observe_every` counts.
+        ``"auto"``, which problem and tolerance choose (`geomint.run.accuracy.auto`); a long uneven
+        motion runs in another time then (`geomint.time_transformed`), as ``sol.problem`` tells.
+        ``"exact"`` is the exact motion of a problem that has one (`geomint.Problem.exact`): no steps,
+        so neither `step` nor `save_every`; states where they are asked for, events on the motion
+        itself, quantities watched at the times that are asked for, of which `observe_every` counts.
     step : float, optional
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
         characteristic time at y0 (`geomint.problems.time_scale.characteristic_time`). If the end is
@@ -175,24 +177,9 @@ def solve(
     WatcherError
         Likewise, where what watches a quantity fails, or the callback.
     """
-    named: dict[str, Any] = {
-        "t0": t0,
-        "t_end": t_end,
-        "tau_end": tau_end,
-        "t_eval": t_eval,
-        "tau_eval": tau_eval,
-        "dense": dense,
-        "events": events,
-        "save_every": save_every,
-        "observe": observe,
-        "observe_every": observe_every,
-        "clock": clock,
-        "callback": callback,
-        "estimate_error": estimate_error,
-        "longest": None if longest is None else positive("longest", longest),
-        "progress": progress,
-        "compiled": compiled,
-    }
+    known = locals()
+    named: dict[str, Any] = {name: known[name] for name in known if name not in CHOSEN}
+    named["longest"] = None if longest is None else positive("longest", longest)
     if breaks is not None:
         named["breaks"] = breaks_of(breaks, problem, finite("t0", t0), t_end, tau_end)
     asked = tolerance is not None or is_auto(method)
@@ -209,6 +196,8 @@ def solve(
             named[name] = list(named[name])
     if asked:
         chosen = choose_for(problem, y0, method, step, tolerance, named)
+        if chosen.problem is not None:
+            problem, named["clock"] = chosen.problem, None
     else:
         chosen = Setting.default(method)
     solved = partial(_solved, problem, y0, given=False)

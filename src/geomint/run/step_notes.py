@@ -17,7 +17,10 @@ from .local_error import Ranked, promised
 from .solution import Solution
 from .timeline import Timeline
 
-__all__ = ["may_lose", "tell_long_steps", "tell_lost", "tell_lost_integrals", "tell_short_run"]
+__all__ = [
+    *("integral_off", "may_lose", "tell_long_steps", "tell_lost", "tell_lost_integrals"),
+    "tell_short_run",
+]
 
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
@@ -82,52 +85,41 @@ def tell_lost_integrals(
         explained = max(LOST, MORE * solution.steps * promised(method))
     time = ranked.end if isinstance(ranked, Ranked) else end_time(solution)
     end = final(solution)[: solution.problem.rows], time
-    told, rtol = end_time(solution), method.rtol if isinstance(method, Adaptive) else None
-    tell_lost(solution.problem, (state, begin), end, solution.step, told, rtol, explained, compiled)
+    off = integral_off(solution.problem, (state, begin), end, explained, compiled)
+    tell_lost(off, end_time(solution), solution.step, method)
 
 
-def tell_lost(
-    problem: Problem,
-    begin: tuple[Array, float],
-    end: tuple[Array, float],
-    step: float,
-    told: float,
-    rtol: float | None = None,
-    explained: float = LOST,
-    compiled: bool = True,
-) -> None:
-    """Warn if an integral is off between two states, at their times, by more than is `explained`.
-
-    `told` is the time at the end as the user has given it.
-    """
-    few = problem.rows <= FEW
-    found = _integral_off(problem, begin, end, explained, compiled) if few else None
-    if found is None:
+def tell_lost(off: tuple[str, float] | None, end: float, step: float, method: Method) -> None:
+    """Warn of an integral, if one is off at the `end`, as the user has given that time."""
+    if off is None:
         return
-    name, part = found
+    name, part = off
     said, instead = f"steps of {abs(step):.3g} are so long", "a shorter step"
-    if rtol is not None:
-        said, instead = f"steps with rtol = {rtol:g} err so much", "a smaller rtol"
+    if isinstance(method, Adaptive):
+        said, instead = f"steps with rtol = {method.rtol:g} err so much", "a smaller rtol"
     text = (
         f"{said} that {name} is off by {part:.2g} of its size at the end: give {instead}, or a "
         "tolerance in its place"
     )
-    tell(StepWarning(text, name, part, told))
+    tell(StepWarning(text, name, part, end))
 
 
-def _integral_off(
+def integral_off(
     problem: Problem,
     begin: tuple[Array, float],
     end: tuple[Array, float],
-    explained: float,
-    compiled: bool,
+    explained: float = LOST,
+    compiled: bool = True,
 ) -> tuple[str, float] | None:
     """Return an integral that is off at the end by more than that part of its scale, and by how much.
 
-    The energy is looked at, where there is one, and else all, but for those that are none. The scale is
-    `rounding_scale` where the run began, or the value there where that overflows.
+    The energy is looked at, where there is one, and else all, but for those that are none; of states
+    of more than `FEW` numbers none is. The scale is `rounding_scale` where the run began, or the value
+    there where that overflows.
     """
     known, (state, time) = problem.invariants, begin
+    if problem.rows > FEW:
+        return None
     for name in [ENERGY] if ENERGY in known else known:
         try:
             number = value_of(problem, known[name], state, compiled)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
-from ...arguments import finite, switch
+from ...arguments import finite, number, switch
 from ...errors import ConvergenceError, DomainError, NonFiniteError, StepSizeError
 from ...methods import Exact, Method, find_solver
 from ...problems.declaration import check_problem
+from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
+from ...problems.time_scale import characteristic_time
 from ..promise import Setting
 from ..solution import Solution
-from ..timeline import ending
+from ..timeline import before_breaks, ending
+from .another_time import better, in_another_time
 from .auto import auto_method, is_auto
-from .choose import checked_tolerance, choose
+from .choose import Wanted, choose
+from .stretch import Motion
 
 __all__ = ["TOO_LONG", "choose_for"]
 
@@ -40,7 +45,8 @@ def choose_for(
         If a method is to be chosen and there is no tolerance.
     """
     if tolerance is not None:
-        tolerance = checked_tolerance(tolerance)
+        known = "a number from 2⁻⁵² = 2.2e-16 to below 0.1"
+        tolerance = number("tolerance", tolerance, 2.0**-52, 0.1, known)
     if step is not None:
         raise DomainError("step", step, "nothing beside a tolerance, which chooses it")
     if not isinstance(problem, Problem):
@@ -61,18 +67,27 @@ def choose_for(
     with_clock = problem.time == "tau" and (by_clock or with_clock)
     chosen.check_fits(problem, with_clock)
     functions = check_problem(problem, state, chosen.needs, with_clock)
-    return choose(
-        problem,
-        chosen,
-        state,
-        end - begin,
+    span, physical, breaks = end - begin, None, asked.get("breaks", ())
+    if not own:
+        assert problem.clock is not None
+        rate = asked.get("rate") or value_of(problem, problem.clock, state, compiled)(state, 0.0)
+        span, physical = (span / rate if rate > 0.0 else span), abs(span)
+    at = begin if own else 0.0
+    rate_at = before_breaks(rates_of(problem, state, compiled), breaks, span)
+    wanted = Wanted(
+        Motion(problem, state, at, span, physical, compiled),
         tolerance,
-        begin=begin if own else 0.0,
-        breaks=asked.get("breaks", ()),
-        physical=not own,
-        clock=with_clock,
-        compiled=compiled,
-        functions=functions,
+        characteristic_time(problem, state, span, at, rate_at),
+        abs(breaks[0] - at) if breaks else math.inf,
+        with_clock,
+        functions,
         watched=bool(asked["observe"]),
         reason=reason,
     )
+    found = choose(wanted, chosen)
+    uneven = in_another_time(found, problem, asked, compiled)
+    if uneven is None:
+        return found
+    again = {**asked, "clock": None, "rate": uneven[1]}
+    other = choose_for(uneven[0], state, method, None, tolerance, again)
+    return better(found, other, uneven[0])

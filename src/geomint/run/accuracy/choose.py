@@ -9,25 +9,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ...arguments import Array, number
+import numpy as np
+
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
 from ...methods.stepper import Stepper
 from ...problems.declaration import kept_with
-from ...problems.evaluate import rates_of, value_of
-from ...problems.problem import Problem
-from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
 from ..promise import AIM, Setting
-from ..timeline import before_breaks
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .search import Search, Trial
 from .stretch import Motion, Stretch, extrapolated, stretch
 
-__all__ = ["checked_tolerance", "choose"]
+__all__ = ["Wanted", "choose"]
 
-LEAST, MOST = 2.0**-52, 0.1
 TRIED = 5.0  # characteristic times up to a break, at least, for trials
 TURNS, PART = 10.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
 MORE_TURNS = 3.2  # for each order of a symmetric method: high ones err where a motion is fastest
@@ -43,11 +39,6 @@ NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
 
-def checked_tolerance(value: Any) -> float:
-    """Return a tolerance, or raise `DomainError`."""
-    return number("tolerance", value, LEAST, MOST, "a number from 2⁻⁵² = 2.2e-16 to below 0.1")
-
-
 @dataclass(eq=False)
 class Wanted:
     """A motion, the error that is wanted at its end, and its characteristic time at y0.
@@ -56,8 +47,15 @@ class Wanted:
     ----------
     room : float
         How far the first break is, up to which trials go.
-    clock, functions, watched, reason
-        As `choose` takes them.
+    clock : bool
+        Whether physical time goes on beside the run.
+    functions : tuple of str
+        What `check_problem` has returned for that.
+    watched : bool
+        Whether anything is observed: the iteration of an implicit method goes on to rounding then, for
+        what it leaves is a drift.
+    reason : str
+        Why the method, where nobody has named one.
     """
 
     motion: Motion
@@ -116,19 +114,17 @@ class Wanted:
         """Whether a break comes too early for trials: then a second run alone tells errors."""
         return self.room < min(TRIED * self.time, abs(self.motion.span))
 
-    def accuracy(
+    def setting(
         self,
+        method: Method,
+        step: float | None,
         expected: float,
         floor: float,
-        trials: tuple[tuple[float, float | None], ...],
-    ) -> Accuracy:
-        """Return what is expected of the run."""
-        return Accuracy(self.tolerance, expected, floor, trials, self.reason)
-
-    def setting(
-        self, method: Method, step: float | None, accuracy: Accuracy, **more: Any
+        search: Search,
+        **more: Any,
     ) -> Setting:
         """Return what was chosen; where the method was, another one may be."""
+        accuracy = Accuracy(self.tolerance, expected, floor, search.record, self.reason)
         return Setting(
             method,
             step,
@@ -145,60 +141,16 @@ class Wanted:
         """Return the error at the end of the run that follows from a stretch."""
         if found is None:
             return None
+        return extrapolated(found.times, found.errors, self.span(found), method.symmetric)
+
+    def span(self, found: Stretch) -> float:
+        """Return the length of the run in own time, as a stretch shows it."""
         motion = self.motion
-        span = motion.span if motion.physical is None else motion.physical / found.rate
-        return extrapolated(found.times, found.errors, abs(span), method.symmetric)
+        return abs(motion.span if motion.physical is None else motion.physical / found.rate)
 
 
-def choose(
-    problem: Problem,
-    method: Method,
-    y0: Array,
-    span: float,
-    tolerance: float,
-    *,
-    begin: float,
-    breaks: tuple[float, ...] = (),
-    physical: bool,
-    clock: bool,
-    compiled: bool,
-    functions: tuple[str, ...],
-    watched: bool,
-    reason: str,
-) -> Setting:
-    """Return how a method meets a tolerance at the end of a run.
-
-    Parameters
-    ----------
-    y0 : array
-        Canonical.
-    span : float
-        Of the run, with its sign, in the problem's own time or, if `physical`, in physical time beside
-        it.
-    begin : float
-        The problem's own time at y0.
-    breaks : tuple of float
-        In the order of the run.
-    clock, compiled
-        As the run will have them.
-    functions : tuple of str
-        What `check_problem` has returned for that.
-    watched : bool
-        Whether anything is observed: the iteration of an implicit method goes on to rounding then, for
-        what it leaves is a drift.
-    reason : str
-        Why the method.
-    """
-    physical_span = None
-    if physical:
-        assert problem.clock is not None
-        rate = value_of(problem, problem.clock, y0, compiled)(y0, 0.0)
-        span, physical_span = (span / rate if rate > 0.0 else span), abs(span)
-    motion = Motion(problem, y0, begin, span, physical_span, compiled)
-    rate_at = before_breaks(rates_of(problem, y0, compiled), breaks, span)
-    time = characteristic_time(problem, y0, span, begin, rate_at)
-    room = abs(breaks[0] - begin) if breaks else math.inf
-    wanted = Wanted(motion, tolerance, time, room, clock, functions, watched, reason)
+def choose(wanted: Wanted, method: Method) -> Setting:
+    """Return how a method meets a tolerance at the end of a run."""
     if isinstance(method, Adaptive):
         return _local_tolerance(wanted, method)
     return _step(wanted, method)
@@ -239,14 +191,18 @@ def _step(wanted: Wanted, method: Method) -> Setting:
         if not search.stiff(step, expected):
             break
     floor = rounding_floor(wanted.turns, step / time)
-    accuracy = wanted.accuracy(expected, floor, search.record)
     faster = first / step
     if faster > FASTER and not wanted.watched:
         turns, steps = faster * wanted.turns, abs(motion.span) / step
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
     large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
     shorten = large and iteration == "fixed-point"
-    return wanted.setting(own, step, accuracy, given=method, turning=not shorten)
+    setting = wanted.setting(own, step, expected, floor, search, given=method, turning=not shorten)
+    found = next((trial.stretch for trial in reversed(search.trials) if trial.stretch), None)
+    if found is None:  # a step that serves was not found
+        return setting._replace(iterations=math.inf, states=motion.y0[np.newaxis])
+    iterations, states = found.work * wanted.span(found), found.states[:, : motion.problem.rows]
+    return setting._replace(iterations=iterations, states=states)
 
 
 def _local_tolerance(wanted: Wanted, method: Adaptive) -> Setting:
@@ -266,8 +222,7 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Setting:
     if long > short and math.isfinite(expected):
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
-    accuracy = wanted.accuracy(expected, floor, search.record)
-    return wanted.setting(own, None, accuracy, given=method, turning=True)
+    return wanted.setting(own, None, expected, floor, search, given=method, turning=True)
 
 
 def rounding_floor(turns: float, step: float) -> float:

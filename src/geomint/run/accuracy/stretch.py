@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -72,8 +72,8 @@ class Stretch:
         Iterations a unit of time.
     rate : float
         dt/dτ in the mean, 1 without a clock.
-    sizes : array
-        The largest number of its piece, for each number of the state.
+    states : array, shape (m, rows)
+        Those of the finer run, with the clock where there is one.
     """
 
     step: float
@@ -82,16 +82,7 @@ class Stretch:
     each: int
     work: float
     rate: float
-    sizes: Array
-
-
-class Trial(NamedTuple):
-    """Both runs over a stretch: their states, the sizes and errors of `Stretch`, and iterations."""
-
-    runs: Array
-    sizes: Array
-    errors: Array
-    work: float
+    states: Array
 
 
 def stretch(
@@ -105,19 +96,7 @@ def stretch(
     """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
     pairs = max(1, round(length / (COARSE * step)))
     each = max(1, pairs // SAMPLES)
-    found = trial(stepper, motion, order, step, each, pairs // each)
-    if found is None:
-        return None
-    runs, sizes, errors, work = found
-    times = COARSE * each * step * np.arange(1.0, len(errors) + 1.0)
-    return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), runs[1], most)
-
-
-def trial(
-    stepper: Stepper, motion: Motion, order: int, step: float, each: int, count: int
-) -> Trial | None:
-    """Return both runs, compared `count` times, after each 2 · `each` steps; None where one fails."""
-    rows, h = stepper.rows, math.copysign(step, motion.span)
+    count, rows, h = pairs // each, stepper.rows, math.copysign(step, motion.span)
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
     status = NOT_CONVERGED
     while status == NOT_CONVERGED:
@@ -139,7 +118,8 @@ def trial(
         )
         if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
             return None
-    return Trial(out.reshape(2, count, rows), sizes, errors, work)
+    times, fine = COARSE * each * step * np.arange(1.0, count + 1.0), out.reshape(2, count, rows)[1]
+    return _shown(Stretch(step, times, errors, each, work, 1.0, fine), motion, most)
 
 
 def _trial(stepper: Stepper, motion: Motion) -> Call:
@@ -155,11 +135,11 @@ def _ends(motion: Motion) -> Block:
     return Block(np.cumsum([float(rows) for _, rows in motion.problem.pieces]))
 
 
-def _shown(found: Stretch, fine: Array, most: float) -> Stretch | None:
+def _shown(found: Stretch, motion: Motion, most: float) -> Stretch | None:
     """Return what is found, a unit of time; None if it is not finite, or runs part by `most`."""
     if not (found.errors[-1] < most and found.errors.max() < math.inf):
         return None
-    end, rows = float(found.times[-1]), len(found.sizes)
+    end, rows, fine = float(found.times[-1]), len(motion.y0), found.states
     found.work /= end
     if fine.shape[1] > rows:
         found.rate = abs(float(fine[-1, rows])) / end
@@ -187,7 +167,7 @@ def compared(
     call.set(**{name: Block(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()})
     call.set(sizes=Block(sizes), errors=Block(errors))
     call(rows=coarse.shape[1], count=len(times), factor=factor)
-    return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), fine, most)
+    return _shown(Stretch(step, times, errors, each, work, 1.0, fine), motion, most)
 
 
 def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> float:

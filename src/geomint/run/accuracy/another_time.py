@@ -1,0 +1,77 @@
+"""Another time for ``method="auto"``: even steps of dt = σ dτ, where a long motion is uneven in t.
+
+Steps of one length are as short as the motion is fast anywhere, and Gauss methods in the time "speed"
+keep what they keep in t, which steps that an error estimate chooses do not. An orbit of Kepler's of
+eccentricity 0.7 takes as long in both times, one of 0.9 a fourth in the other
+(`benchmarks/another_time.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...errors import DomainError, FormError
+from ...problems.evaluate import rates_of, value_of
+from ...problems.problem import Problem
+from ...problems.time_scale import characteristic_time
+from ...problems.time_transformation import time_transformed
+from ...watch.functions import Function
+from ...watch.observe import choose_watchers
+from ..events import choose_events
+from ..promise import Setting
+
+__all__ = ["better", "in_another_time"]
+
+LONG = 1e6  # iterations of a run: of shorter ones trials in the other time save nothing
+UNEVEN = 25.0  # times the step: characteristic times in the mean
+DEARER = 5.0  # times: an iteration that evaluates σ as well, with the trials in both times
+OWN = ("breaks", "longest", "callback")  # arguments in the time that is given, or that ask it
+
+
+def in_another_time(
+    chosen: Setting, problem: Problem, asked: Mapping[str, Any], compiled: bool
+) -> tuple[Problem, float] | None:
+    """Return the problem in the time "speed", and dt/dτ in the mean, where that may serve; else None.
+
+    Nothing that is asked for may depend on which time the problem has: quantities and events are named.
+    """
+    state, states = chosen.state, chosen.states
+    if not chosen.free or chosen.step is None or state is None or states is None:
+        return None
+    own = problem.time == "tau" or any(asked.get(name) for name in OWN)
+    if own or chosen.iterations < LONG or not _named(problem, asked):
+        return None
+    rate_at = rates_of(problem, state, compiled)
+    try:
+        times = [characteristic_time(problem, y, rate_at=rate_at) for y in states]
+        if np.mean(times) < UNEVEN * chosen.step:
+            return None
+        uneven = time_transformed(problem, y0=states[np.argmax(times)])  # sizes of most of the time
+    except (DomainError, FormError):
+        return None
+    assert uneven.clock is not None
+    rate = value_of(uneven, uneven.clock, state, compiled)
+    return uneven, 1.0 / float(np.mean([1.0 / rate(y, 0.0) for y in states]))
+
+
+def better(chosen: Setting, other: Setting, problem: Problem) -> Setting:
+    """Return what is expected to be as good, and to take less time; `other` is in the other time."""
+    then, now = chosen.accuracy, other.accuracy
+    assert then is not None
+    good = now is not None and now.expected <= max(then.expected, then.tolerance)
+    if now is None or not good or DEARER * other.iterations >= chosen.iterations:
+        return chosen
+    reason = f"{now.reason}; the motion is uneven: steps are even in another time"
+    return other._replace(problem=problem, accuracy=now._replace(reason=reason))
+
+
+def _named(problem: Problem, asked: Mapping[str, Any]) -> bool:
+    own = problem.diagnostics.values()
+    watched = choose_watchers(problem, asked["observe"]).values()
+    events = choose_events(asked["events"]).values()
+    return all(type(w) is Function and w.function in own for w in watched) and all(
+        isinstance(event.what, str) for event in events
+    )

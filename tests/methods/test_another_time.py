@@ -1,0 +1,135 @@
+"""``method="auto"`` takes another time where a long motion is uneven, and there alone."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.run.accuracy import another_time
+
+END = 6000.0
+ASKED: dict[str, Any] = {"method": "auto", "tolerance": 1e-9, "progress": False}
+
+
+@gi.field
+def kepler(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    r2 = y[0] * y[0] + y[1] * y[1]
+    r3 = r2 * gi.sqrt(r2)
+    out[0], out[1] = y[2], y[3]
+    out[2], out[3] = -params[0] * y[0] / r3, -params[0] * y[1] / r3
+
+
+@gi.field
+def shaken(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    kepler(params, t, y, out, work)
+    out[2] = out[2] + 1e-5 * gi.cos(t)
+
+
+@gi.observable
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    r = gi.sqrt(y[0] * y[0] + y[1] * y[1])
+    return 0.5 * (y[2] * y[2] + y[3] * y[3]) - params[0] / r
+
+
+def orbit(field: Any = kepler) -> gi.Problem:
+    return gi.Problem("orbit", (("q", 2), ("v", 2)), [1.0], field, invariants={"energy": energy})
+
+
+def start(e: float, side: int) -> np.ndarray:
+    """Return the state at the pericentre (−1) or the apocentre (1)."""
+    return np.array([1.0 + side * e, 0.0, 0.0, np.sqrt((1.0 - side * e) / (1.0 + side * e))])
+
+
+def there(e: float, side: int, t: float) -> np.ndarray:
+    """Return the state by Kepler's equation."""
+    mean, e = t % (2.0 * np.pi), side * e
+    u = mean
+    for _ in range(100):
+        u += (mean - e * np.sin(u) - u) / (1.0 + e * np.cos(u))
+    r, b = 1.0 + e * np.cos(u), np.sqrt(1.0 - e * e)
+    return np.array([np.cos(u) + e, b * np.sin(u), -np.sin(u) / r, b * np.cos(u) / r])
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("end", [END, -END])
+def test_a_long_uneven_motion(side: int, end: float) -> None:
+    e = 0.97
+    sol = gi.solve(orbit(), start(e, side), t_end=end, observe=["energy"], **ASKED)
+    assert sol.problem.name == "orbit-by-speed"
+    assert "another time" in sol.accuracy.reason
+    assert sol.t[-1] == end
+    sizes = np.repeat([1.0 + e, np.sqrt((1.0 + e) / (1.0 - e))], 2)
+    error = np.max(np.abs(sol.y[-1] - there(e, side, end)) / sizes)
+    assert error < 1e-8
+    assert sol.end_error.error > 0.1 * error
+    assert sol.drift["energy"].max_abs_error < 1e-11
+    own = gi.solve(orbit(), start(e, side), t_end=end, **{**ASKED, "method": "gauss-8"})
+    assert own.problem.name == "orbit"
+    assert own.iterations > another_time.DEARER * sol.iterations
+
+
+def test_all_that_may_be_asked_for() -> None:
+    e, times = 0.95, np.linspace(0.0, END, 7)
+    named = gi.Event("q[1]", direction="up")
+    given: dict[str, Any] = {"t_eval": times + 2.0, "t0": 2.0, "t_end": END + 2.0, "dense": True}
+    sol = gi.solve(orbit(), start(e, 1), **given, events={"up": named, "e": "energy"}, **ASKED)
+    assert sol.problem.name == "orbit-by-speed"
+    known = np.array([there(e, 1, t) for t in times])
+    assert np.array_equal(sol.t, times + 2.0)
+    assert np.abs(sol.y - known).max() < 1e-7
+    assert np.abs(sol.sol(times + 2.0) - known).max() < 1e-7
+    turns = np.arange(1, int(END / (2.0 * np.pi)) + 1)
+    assert np.abs(sol.events["up"].t - 2.0 - 2.0 * np.pi * turns).max() < 1e-7
+    assert not len(sol.events["e"])
+    further = gi.solve(sol, t_end=END + 12.0)
+    assert np.abs(further.y[-1] - there(e, 1, END + 10.0)).max() < 1e-7
+
+
+def by_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return y[0] + t
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"breaks": [1.0]},
+        {"longest": 1.0},
+        {"callback": lambda reached: False},
+        {"observe": {"own": by_time}},
+        {"events": [gi.event(by_time)]},
+        {"method": gi.Gauss(8)},
+    ],
+    ids=lambda more: next(iter(more)),
+)
+@pytest.mark.filterwarnings("ignore::geomint.EndWarning")  # the time alone is looked at
+def test_what_is_asked_for_in_its_own_time_keeps_that(more: dict[str, Any]) -> None:
+    sol = gi.solve(orbit(), start(0.95, -1), t_end=END, **{**ASKED, **more})
+    assert sol.problem.name == "orbit"
+
+
+@pytest.mark.parametrize(
+    ("field", "e", "end"),
+    [(kepler, 0.95, 60.0), (kepler, 0.3, 60_000.0), (shaken, 0.95, END)],
+    ids=["short", "even", "by time"],
+)
+@pytest.mark.filterwarnings("ignore::geomint.EndWarning")
+def test_motions_that_keep_their_time(field: Any, e: float, end: float) -> None:
+    problem = orbit(field)
+    if field is shaken:
+        problem = dataclasses.replace(problem, invariants={})
+    sol = gi.solve(problem, start(e, -1), t_end=end, **ASKED)
+    assert sol.problem.name == "orbit"
+
+
+def test_where_no_step_of_its_own_time_serves() -> None:
+    """From afar trials fail, or mislead: steps of one length miss 1e-9 by 10 times there."""
+    e, end = 0.98, 12_568.0
+    sol = gi.solve(orbit(), start(e, 1), t_end=end, **ASKED)
+    assert sol.problem.name == "orbit-by-speed"
+    assert not sol.warnings
+    sizes = np.repeat([1.0 + e, np.sqrt((1.0 + e) / (1.0 - e))], 2)
+    assert np.max(np.abs(sol.y[-1] - there(e, 1, end)) / sizes) < 1e-8
