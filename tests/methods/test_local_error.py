@@ -283,3 +283,20 @@ def test_auto_varies_steps_of_group_actions() -> None:
     assert np.abs(sol.y[-1] - right).max() < 1e-5
     assert sol.steps < 1000  # of one length that is short enough for the push there are more
     assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-13
+
+
+@gi.field
+def rotation(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1] = 1.0 * y[1], -y[0]
+
+
+@pytest.mark.parametrize(("method", "step"), [("gauss-8", 1.5), ("rk-4", 0.1), ("dop853", 0.4)])
+def test_the_sum_goes_with_the_number_of_steps(method: str, step: float) -> None:
+    """Where all steps err alike each counts, whether or not its own rank was taken."""
+    problem, shares = gi.Problem("rotation", (("y", 2),), field=rotation), []
+    for steps in (333, 5003):
+        sol = gi.solve(problem, [1.0, 0.0], t_end=steps * step, step=step, method=method)
+        assert sol.local_error is not None
+        shares.append(sol.local_error.total / (steps * sol.local_error.largest))
+    assert shares[0] == pytest.approx(shares[1], rel=0.03)
+    assert 0.2 < shares[1] < 1.0

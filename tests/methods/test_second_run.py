@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
+from geomint.run import growth
 from geomint.run.growth import end_error, hopeless
 from geomint.run.second import Second, longer
 from geomint.run.timeline import Timeline
@@ -250,3 +251,17 @@ def test_errors_are_those_up_to_an_event_that_ends_the_run() -> None:
 def contact(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = 1.0 * y[1]
     out[1] = -1.0 + gi.select(y[0] < 0.0, -params[0] * y[0], 0.0)
+
+
+@pytest.mark.parametrize(("end", "few"), [(25.0, True), (60.0, False)])
+def test_two_runs_of_few_steps_may_agree_by_chance(
+    end: float, few: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of so few what steps err by counts, however near the ends of both runs are."""
+    problem, wanted = henon_heiles.problem(), 1e-6
+    sol = gi.solve(problem, henon_heiles.INITIAL, t_end=end, method="auto", tolerance=wanted)
+    assert sol.steps > growth.SHORT
+    assert (sol.steps <= 20) is few
+    monkeypatch.setattr(growth, "_local", lambda found: 50.0 * wanted)
+    error = end_error(sol, 0.5 * wanted, wanted, 0.0, 10.0, 0.0).error
+    assert error == (50.0 * wanted if few else 0.5 * wanted)
