@@ -35,6 +35,7 @@ REGULAR = 30.0  # times the sum of local errors that a regular motion makes of t
 AGREE = 0.3, 3.0  # times what was expected: three runs err as their order says
 TRUSTED = 30.0  # times less than what two runs differ by one errs, at most, if it is regular
 SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
+EXPLODED = 10.0  # times the size of the motion: of steps that are not stable, and of no motion
 SHORT, FEW = 6, 20  # steps: of so few both runs may err alike
 LITTLE = 0.03  # of what is wanted: clear of so few, too
 RESOLVED = 30.0  # numbers of steps: where one has more, both runs may agree by chance
@@ -196,7 +197,7 @@ def hopeless(found: Solution, wanted: float, before: Solution | None) -> bool:
     So they do if nothing else was left in the run `before`, and both ends are too far apart.
     """
     error = found.end_error
-    if error is None:
+    if error is None or error.error > EXPLODED:
         return False
     grown = error.grown * ROUNDING * math.sqrt(found.steps)
     if before is None:  # a run in longer steps tells it only if it has no part of the motion left
