@@ -6,7 +6,7 @@ from functools import partial
 
 import geomint as gi
 
-from .standard import MOTIONS, QUICK, THREE, started
+from .standard import QUICK, SYSTEMS, THREE, started
 
 DIMENSION = gi.StressAxis("dimension", "dimensions", "n")
 
@@ -28,10 +28,10 @@ def cases() -> list[gi.StressCase]:
             DIMENSION,
             n,
             n,
-            partial(started, MOTIONS[name], n),
+            partial(started, name, n),
             quick=QUICK if (name, n) == ("sphere", 3) else (),
         )
-        for name in MOTIONS
+        for name in SYSTEMS
         for n in (_SMALL if name not in THREE else ())
     ]
     found += [
@@ -40,7 +40,7 @@ def cases() -> list[gi.StressCase]:
             DIMENSION,
             n,
             n,
-            partial(started, MOTIONS["sphere"], n),
+            partial(started, "sphere", n),
             representations=("reduced", "hamiltonized", "ball"),
             span=_SHORT,
             reference="reduced",
@@ -48,7 +48,7 @@ def cases() -> list[gi.StressCase]:
         for n in _LARGE
     ]
     return found + [
-        gi.StressCase(name, DIMENSION, n, n, partial(started, MOTIONS[name], n), span=_SHORT)
+        gi.StressCase(name, DIMENSION, n, n, partial(started, name, n), span=_SHORT)
         for name, sizes in _MANY.items()
         for n in sizes
     ]

@@ -10,7 +10,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from .standard import MOTIONS, D, Motion, a_values, case_of, started
+from .standard import SYSTEMS, D, a_values, case_of, motion, started
 
 MOMENTUM = gi.StressAxis("momentum", "small and large momenta", "|p|²")
 PLANES = gi.StressAxis("planes", "γ on axes and planes", "distance")
@@ -35,10 +35,10 @@ def cases() -> list[gi.StressCase]:
     """Return the cases of both axes."""
     found = [
         case
-        for name in MOTIONS
+        for name in SYSTEMS
         for case in (_at_rest(name, 3), *(_scaled(name, 3, power) for power in _POWERS))
     ]
-    for name in MOTIONS:
+    for name in SYSTEMS:
         for place, gamma_at, sizes in (
             ("axis", near_an_axis, (3, 4) if name in _FOUR else (3,)),
             ("plane", near_a_plane, (3,)),
@@ -49,7 +49,7 @@ def cases() -> list[gi.StressCase]:
                     name,
                     n,
                     distance,
-                    partial(_placed, MOTIONS[name], gamma_at, n, distance),
+                    partial(_placed, name, gamma_at, n, distance),
                     f"-at-{place}",
                     quick=distance == 0.0,
                 )
@@ -62,23 +62,23 @@ def cases() -> list[gi.StressCase]:
 def _scaled(name: str, n: int, power: int) -> gi.StressCase:
     """Return p times a power of two: the same motion in another unit of time, to the last bit."""
     size = 2.0**power
-    value, start = 4.0 * size * size, partial(started, MOTIONS[name], n)
+    value, start = 4.0 * size * size, partial(started, name, n)
     unit = gi.Rescaled(partial(start, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size))
     build, label, quick = partial(start, size), f"{value:.0e}", abs(power) == 250
     return case_of(MOMENTUM, name, n, value, build, "", quick, label=label, rescaled=unit)
 
 
 def _at_rest(name: str, n: int) -> gi.StressCase:
-    return case_of(MOMENTUM, name, n, 0.0, partial(started, MOTIONS[name], n, 0.0))
+    return case_of(MOMENTUM, name, n, 0.0, partial(started, name, n, 0.0))
 
 
-def _placed(motion: Motion, gamma_at: GammaAt, n: int, distance: float) -> gi.Model:
+def _placed(name: str, gamma_at: GammaAt, n: int, distance: float) -> gi.Model:
     """Return γ at that place and a p ⟂ γ, in the plane of the first axes as far as γ lets it."""
     gamma = gamma_at(n, distance)
     gamma = gamma / np.linalg.norm(gamma)
     p = np.zeros(n)
     p[:2] = np.array([1.3, -0.7])
-    return motion(a_values(n), D, gamma, gi.Sphere(n).tangent(gamma, p))
+    return motion(name, a_values(n), D, gamma, gi.Sphere(n).tangent(gamma, p))
 
 
 def near_an_axis(n: int, distance: float) -> Array:

@@ -14,10 +14,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array, wedge
-from ..systems.ball import GROUP, POISSON
-from ..systems.rolling import ROLLING
-from ..systems.veselova import VESELOVA
-from .standard import MOTIONS, D, a_values, built, case_of, only
+from .standard import SYSTEMS, D, a_values, built, case_of, motion, only
 
 STEADY = gi.StressAxis("steady", "steady motions and fixed points", "distance")
 
@@ -27,7 +24,7 @@ _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
 STEP, STEPS = 0.02, 50  # in the problem's time: what stands still has no characteristic one
 _UPRIGHT = ("rolling", "group", "poisson", "veselova-classical")
 _STRAIGHT = tuple(
-    name for name in MOTIONS if name not in ("group", "poisson", "veselova-classical")
+    name for name in SYSTEMS if name not in ("group", "poisson", "veselova-classical")
 )
 
 
@@ -61,7 +58,7 @@ def straight(name: str, n: int, distance: float) -> gi.Model:
     gamma, p = near_axis(n, 0, distance), 2.0 * near_axis(n, 1, distance)
     for _ in range(2):
         p = p - (gamma @ p) * gamma
-    return MOTIONS[name](a_values(n), D, gamma, p)
+    return motion(name, a_values(n), D, gamma, p)
 
 
 def upright(name: str, n: int, distance: float) -> gi.Model:
@@ -69,10 +66,9 @@ def upright(name: str, n: int, distance: float) -> gi.Model:
     a, gamma = a_values(n), near_axis(n, n - 1, distance)
     if name == "veselova-classical":
         parameters = {"moments": a, "f1": 1.0}
-        return built(VESELOVA, parameters, {"gamma": gamma, "w": gamma})
+        return built(SYSTEMS[name], parameters, {"gamma": gamma, "w": gamma})
     k = wedge(near_axis(n, 0, distance), near_axis(n, 1, distance))
-    system = {"rolling": ROLLING, "group": GROUP, "poisson": POISSON}[name]
-    model = built(system, {"a": a, "D": D}, {"gamma": gamma, "k": k})
+    model = built(SYSTEMS[name], {"a": a, "D": D}, {"gamma": gamma, "k": k})
     return only(model, "rolling", "contact") if name == "rolling" else model
 
 

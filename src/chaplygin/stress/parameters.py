@@ -13,15 +13,7 @@ from ..ball.sphere import ChaplyginSphere
 from ..inertia import GeneralInertia
 from ..manifold import Array
 from ..systems.models import ball_model
-from .standard import (
-    MOTIONS,
-    D,
-    Motion,
-    a_values,
-    case_of,
-    direction,
-    momentum,
-)
+from .standard import SYSTEMS, D, a_values, case_of, direction, momentum, motion
 
 EDGE = gi.StressAxis("edge", "a_i a_j → D", "1 − a_i a_j/D")
 SPREAD = gi.StressAxis("spread", "spread parameters", "largest/middle")
@@ -38,7 +30,7 @@ _QUICK = (1e-13, 1e6, 1e-15)
 
 def cases() -> list[gi.StressCase]:
     """Return the cases of the three axes."""
-    sizes = dict.fromkeys(MOTIONS, (3,)) | {"sphere": (3, 4), "veselova-lr": (4,)}
+    sizes = dict.fromkeys(SYSTEMS, (3,)) | {"sphere": (3, 4), "veselova-lr": (4,)}
     return [
         *_along(EDGE, _EDGES, near_the_edge, dict.fromkeys(BOUNDED, (3,)) | {"sphere": (3, 4)}),
         *_along(EDGE, _EDGES, all_near_the_edge, {"sphere": (4,)}, "-all-pairs"),
@@ -67,13 +59,13 @@ def _along(
     for name, dimensions in motions.items():
         for n in dimensions:
             for value in values:
-                build = partial(_motion, MOTIONS[name], parameters, n, value)
+                build = partial(_motion, name, parameters, n, value)
                 yield case_of(axis, name, n, value, build, suffix, quick=value in _QUICK)
 
 
-def _motion(motion: Motion, parameters: Parameters, n: int, value: float) -> gi.Model:
+def _motion(name: str, parameters: Parameters, n: int, value: float) -> gi.Model:
     gamma = direction(n)
-    return motion(*parameters(n, value), gamma, momentum(gamma))
+    return motion(name, *parameters(n, value), gamma, momentum(gamma))
 
 
 def near_the_edge(n: int, distance: float) -> tuple[Array, float]:

@@ -21,7 +21,20 @@ from ..systems.veselova import VESELOVA
 D = 4.0
 QUICK = ("reduced",)  # representations of quick runs, n = 3
 
-Motion = Callable[[Array, float, Array, Array], gi.Model]
+SYSTEMS = {
+    "sphere": REDUCED,
+    "rolling": ROLLING,
+    "group": GROUP,
+    "poisson": POISSON,
+    "rubber": RUBBER,
+    "veselova": VESELOVA,
+    "veselova-classical": VESELOVA,
+    "veselova-lr": LR,
+    "ellipsoid": ELLIPSOID,
+    "neumann": NEUMANN,
+    "clebsch": CLEBSCH,
+}  # of motions by name
+THREE = ("poisson", "veselova-classical")  # motions that there are for n = 3 alone
 
 
 def a_values(n: int) -> Array:
@@ -57,66 +70,39 @@ def only(model: gi.Model, *names: str) -> gi.Model:
     return gi.Model({k: model.problems[k] for k in names}, {k: model.states[k] for k in names})
 
 
-def sphere(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return a ball without SO(n−1)-momentum in all its representations."""
-    return built(REDUCED, {"a": a, "D": d}, {"gamma": gamma, "p": p})
+def motion(name: str, a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
+    """Return a motion from γ with p ⟂ γ.
 
-
-def rolling(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the same ball with attitude and contact point; the representations that carry them."""
-    model = built(ROLLING, {"a": a, "D": d}, {"gamma": gamma, "p": p})
-    return only(model, "rolling", "contact")
-
-
-def veselova(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the Veselova problem."""
-    return built(VESELOVA, {"a": a, "D": d}, {"gamma": gamma, "p": p})
-
-
-def ellipsoid(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the geodesic of the ellipsoid with semi-axes √a_i from a point in direction γ."""
-    return built(ELLIPSOID, {"a": a}, {"x": gamma, "p": p})
-
-
-def rubber(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the rubber ball: its D is 1/d, so that a_i a_j → d is the edge of its domain too."""
-    return built(RUBBER, {"a": a, "D": 1.0 / d}, {"gamma": gamma, "p": p})
-
-
-def lr(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the Veselova problem with multipliers; r = 2 from n = 4 on, where that is not free."""
-    n = len(gamma)
-    g = attitude(gamma)
-    r = 2 if n > 3 else 1
-    w = wedge(gamma, p) + (0.5 * np.linalg.norm(p) * wedge(g[1], g[-1]) if r > 1 else 0.0)
-    return built(LR, {"a": a, "r": r}, {"g": g, "w": w})
-
-
-def clebsch(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return Clebsch's system; the potential grows with (p, p), so that p has no unit here either."""
-    parameters = {"a": a, "strength": float(p @ p) / 4.0, "x": -1.0, "y": 4.0}
-    return built(CLEBSCH, parameters, {"q": gamma, "v": p})
-
-
-def neumann(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return Neumann's system, its potential as that of Clebsch's."""
-    return built(NEUMANN, {"a": a, "strength": float(p @ p) / 4.0}, {"q": gamma, "v": p})
-
-
-def poisson(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the ball in R³ with momentum about the vertical, in the times τ and t."""
-    return built(POISSON, {"a": a, "D": d}, {"gamma": gamma, "k": spinning(gamma, p)})
-
-
-def group(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the ball with momentum about the vertical on T*SO(n)."""
-    return built(GROUP, {"a": a, "D": d}, {"gamma": gamma, "k": spinning(gamma, p)})
-
-
-def bound_body(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
-    """Return the classical Veselova problem with f₁ ≠ 0 and moments 1/(a_i a_j)."""
-    moments, f1 = a / np.prod(a), 0.25 * float(np.linalg.norm(p))
-    return built(VESELOVA, {"moments": moments, "f1": f1}, {"gamma": gamma, "w": p + f1 * gamma})
+    ``sphere`` is a ball without SO(n−1)-momentum in all its representations; ``rolling`` is the same
+    ball with attitude and contact point: the representations that carry them; ``poisson`` and
+    ``group`` have momentum about the vertical. The D of ``rubber`` is 1/d, so that a_i a_j → d is the
+    edge of its domain too. ``veselova-classical`` has f₁ ≠ 0 and moments 1/(a_i a_j), ``veselova-lr``
+    r = 2 from n = 4 on, where that is not free. ``ellipsoid`` has semi-axes √a_i, and begins in
+    direction γ. The potentials of ``neumann`` and ``clebsch`` grow with (p, p), so that p has no unit
+    there either.
+    """
+    numbers: dict[str, Any] = {"a": a, "D": d}
+    state = {"gamma": gamma, "p": p}
+    if name in ("group", "poisson"):
+        state = {"gamma": gamma, "k": spinning(gamma, p)}
+    elif name == "rubber":
+        numbers["D"] = 1.0 / d
+    elif name == "veselova-classical":
+        f1 = 0.25 * float(np.linalg.norm(p))
+        numbers = {"moments": a / np.prod(a), "f1": f1}
+        state = {"gamma": gamma, "w": p + f1 * gamma}
+    elif name == "veselova-lr":
+        g, w, r = attitude(gamma), wedge(gamma, p), 2 if len(gamma) > 3 else 1
+        w = w + (0.5 * np.linalg.norm(p) * wedge(g[1], g[-1]) if r > 1 else 0.0)
+        numbers, state = {"a": a, "r": r}, {"g": g, "w": w}
+    elif name == "ellipsoid":
+        numbers, state = {"a": a}, {"x": gamma, "p": p}
+    elif name in ("neumann", "clebsch"):
+        numbers, state = {"a": a, "strength": float(p @ p) / 4.0}, {"q": gamma, "v": p}
+        if name == "clebsch":
+            numbers |= {"x": -1.0, "y": 4.0}
+    model = built(SYSTEMS[name], numbers, state)
+    return only(model, "rolling", "contact") if name == "rolling" else model
 
 
 def spinning(gamma: Array, p: Array) -> Array:
@@ -137,26 +123,10 @@ def attitude(gamma: Array) -> Array:
     return np.asarray(g)
 
 
-MOTIONS: dict[str, Motion] = {
-    "sphere": sphere,
-    "rolling": rolling,
-    "group": group,
-    "poisson": poisson,
-    "rubber": rubber,
-    "veselova": veselova,
-    "veselova-classical": bound_body,
-    "veselova-lr": lr,
-    "ellipsoid": ellipsoid,
-    "neumann": neumann,
-    "clebsch": clebsch,
-}
-THREE = ("poisson", "veselova-classical")  # motions that there are for n = 3 alone
-
-
-def started(motion: Motion, n: int, size: float = 1.0) -> gi.Model:
+def started(name: str, n: int, size: float = 1.0) -> gi.Model:
     """Return a motion with generic numbers, |p| = 2 size."""
     gamma = direction(n)
-    return motion(a_values(n), D, gamma, size * momentum(gamma))
+    return motion(name, a_values(n), D, gamma, size * momentum(gamma))
 
 
 def case_of(
