@@ -16,13 +16,12 @@ from ..errors import DomainError
 from ..problems.body_path import BodyPath
 from .canvas import new_figure
 from .film_page import film_page
-from .motion_plots import FRAME, label_axes
+from .motion_plots import FRAME, draw_globe, label_axes
 from .style import COLOURS
 from .view import FAINT, View, great_circles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 ENDINGS = (".gif", ".html", ".mp4")
@@ -121,48 +120,30 @@ def save_film(
             words.set_text(stamp.at(frame))
             return ()
 
+        def pictures() -> Iterator[bytes]:
+            """Yield frames as PNG."""
+            for frame in range(count):
+                draw(frame)
+                buffer = io.BytesIO()
+                figure.savefig(buffer, format="png", dpi=DPI)
+                if progress is not None:
+                    progress(frame, count)
+                yield buffer.getvalue()
+
         if file.suffix == ".html":
-            pictures = _pictures(figure, draw, count, progress)
-            file.write_text(film_page(stamp.title, pictures, fps), encoding="utf-8")
-        else:
-            _written(figure, draw, count, file, fps, progress)
+            file.write_text(film_page(stamp.title, pictures(), fps), encoding="utf-8")
+            return
 
+        from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
-def _written(
-    figure: Figure,
-    draw: Callable[[int], Any],
-    count: int,
-    file: Path,
-    fps: float,
-    progress: Callable[[int, int], Any] | None,
-) -> None:
-    """Write frames by matplotlib."""
-    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
-
-    rate: Any = fps  # any number of frames a second will do
-    writer = (
-        PillowWriter(fps=rate)
-        if file.suffix == ".gif"
-        else FFMpegWriter(fps=rate, extra_args=["-pix_fmt", "yuv420p"])
-    )
-    film = FuncAnimation(figure, draw, frames=count, interval=1e3 / fps, blit=False)
-    film.save(file, writer=writer, dpi=DPI, progress_callback=progress)
-
-
-def _pictures(
-    figure: Figure,
-    draw: Callable[[int], Any],
-    count: int,
-    progress: Callable[[int, int], Any] | None,
-) -> Iterator[bytes]:
-    """Yield frames as PNG."""
-    for frame in range(count):
-        draw(frame)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=DPI)
-        if progress is not None:
-            progress(frame, count)
-        yield buffer.getvalue()
+        rate: Any = fps  # any number of frames a second will do
+        writer = (
+            PillowWriter(fps=rate)
+            if file.suffix == ".gif"
+            else FFMpegWriter(fps=rate, extra_args=["-pix_fmt", "yuv420p"])
+        )
+        film = FuncAnimation(figure, draw, frames=count, interval=1e3 / fps, blit=False)
+        film.save(file, writer=writer, dpi=DPI, progress_callback=progress)
 
 
 class BallScene:
@@ -262,18 +243,11 @@ class SphereScene:
 
     def prepare(self, axes: Axes) -> None:
         """Draw the sphere with its axes, and the artists that move."""
-        from matplotlib.patches import Circle
-
-        view = self._view
-        axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=FRAME, linewidth=0.8))
-        for circle in great_circles():
-            view.draw_curve(axes, circle, color=FRAME, linewidth=0.5)
-        label_axes(axes, self._name, view)
+        draw_globe(axes, self._view)
+        label_axes(axes, self._name, self._view)
         (self._front,) = axes.plot([], [], color=COLOURS[0], linewidth=1.4, zorder=3)
         (self._back,) = axes.plot([], [], color=COLOURS[0], linewidth=1.4, alpha=FAINT, zorder=1)
         (self._point,) = axes.plot([], [], "o", color=COLOURS[1], markersize=7, zorder=4)
-        axes.set_aspect("equal")
-        axes.set_axis_off()
         axes.set(xlim=(-1.3, 1.3), ylim=(-1.25, 1.25))
 
     def move(self, frame: int) -> None:

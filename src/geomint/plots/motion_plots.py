@@ -162,11 +162,7 @@ def sphere_figure(points: Array, name: str, heading: Heading, view: View) -> Fig
 
 def draw_sphere(axes: Axes, points: Array, name: str, joined: bool, view: View) -> None:
     """Draw unit vectors on the sphere, hidden parts faint, with the axes and three great circles."""
-    from matplotlib.patches import Circle
-
-    axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=FRAME, linewidth=0.8))
-    for circle in great_circles():
-        view.draw_curve(axes, circle, color=FRAME, linewidth=0.5)
+    draw_globe(axes, view)
     if joined:
         view.draw_curve(axes, points, color=COLOURS[0], linewidth=0.9)
         _ends(axes, view(points)[:, :2])
@@ -177,9 +173,18 @@ def draw_sphere(axes: Axes, points: Array, name: str, joined: bool, view: View) 
         for part, dark in ((shown[:, 2] < 0.0, 0.3), (shown[:, 2] >= 0.0, 1.0)):
             axes.plot(*shown[part, :2].T, ".", color=COLOURS[0], alpha=dark, markersize=3)
     label_axes(axes, name, view)
+    axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25))
+
+
+def draw_globe(axes: Axes, view: View) -> None:
+    """Draw the outline of the unit sphere and three great circles."""
+    from matplotlib.patches import Circle
+
+    axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=FRAME, linewidth=0.8))
+    for circle in great_circles():
+        view.draw_curve(axes, circle, color=FRAME, linewidth=0.5)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25))
 
 
 def label_axes(axes: Axes, name: str, view: View) -> None:
