@@ -156,12 +156,11 @@ def over_time(result: SeveralRuns) -> Content:
     if not (shown or folded):
         return None
     within = ", ".join(name for names in folded.values() for name in names)
-    several = len(result) > 1
     return {
-        "panels": (_quantity_panels if several else _kind_panels)(result, shown),
-        "folded": (_quantity_panels if several else _noise_panels)(result, folded),
+        "panels": _panels(result, shown, True),
+        "folded": _panels(result, folded, False),
         "within": within,
-        "several": several,
+        "several": len(result) > 1,
     }
 
 
@@ -184,38 +183,27 @@ SECTIONS: tuple[Callable[[SeveralRuns], Content], ...] = (
 )
 
 
-def _quantity_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
-    """Return a picture of each quantity, a line a method."""
-    return [
-        {
-            "image": data_uri(panel_figure(partial(draw_quantity, result, name), roomy=True)),
-            "alt": f"{name}: largest deviation of each window over time, a line a method",
-        }
-        for names in kinds.values()
-        for name in names
-    ]
+def _panels(result: SeveralRuns, kinds: dict[str, list[str]], lost: bool) -> list[dict[str, str]]:
+    """Return pictures: of several methods one of each quantity, of one method one of each kind.
 
-
-def _noise_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
-    """Return a picture of each kind of one run: sizes."""
-    return [_sizes_panel(result, kind, names) for kind, names in kinds.items()]
-
-
-def _sizes_panel(result: SeveralRuns, kind: str, names: list[str]) -> dict[str, str]:
-    alt = "; ".join(_in_words(result, name) for name in names)
-    sizes = partial(draw_own_kind, result, kind, names)
-    return {"image": data_uri(panel_figure(sizes)), "alt": alt}
-
-
-def _kind_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
-    """Return two pictures of each kind of one run: sizes, and means with their sign."""
+    Of one method those of kinds that are `lost` are followed by means, with their sign.
+    """
     panels = []
     for kind, names in kinds.items():
-        panels.append(_sizes_panel(result, kind, names))
-        most = worst(result, names)
-        means = partial(draw_means_of, result, most)
-        alt = f"{most}: mean deviation of each window"
-        panels.append({"image": data_uri(panel_figure(means)), "alt": alt})
+        if len(result) > 1:
+            for name in names:
+                sizes = partial(draw_quantity, result, name)
+                alt = f"{name}: largest deviation of each window over time, a line a method"
+                panels.append({"image": data_uri(panel_figure(sizes, roomy=True)), "alt": alt})
+            continue
+        sizes = partial(draw_own_kind, result, kind, names)
+        alt = "; ".join(_in_words(result, name) for name in names)
+        panels.append({"image": data_uri(panel_figure(sizes)), "alt": alt})
+        if lost:
+            most = worst(result, names)
+            means = partial(draw_means_of, result, most)
+            alt = f"{most}: mean deviation of each window"
+            panels.append({"image": data_uri(panel_figure(means)), "alt": alt})
     return panels
 
 
