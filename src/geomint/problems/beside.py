@@ -14,26 +14,19 @@ from .forms import Group
 from .groups import translations
 
 
-@functools.cache
 def field_beside(f: Recorded, rate: Recorded, rows: int) -> Recorded:
     """Return a field of `rows` rows with one more, which moves at the rate of an observable."""
-
-    def beside(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        state = fixed_rows(part(y, 0, rows), rows)
-        f(params, t, state, fixed_rows(part(out, 0, rows), rows), work)
-        out[rows] = rate(params, t, state, work)
-
-    return named_as(beside, f)
+    return generator_beside(f, rate, rows, rows)
 
 
 @functools.cache
 def generator_beside(f: Recorded, rate: Recorded, rows: int, algebra_rows: int) -> Recorded:
     """Return a generator with one more row, by which the group of `group_beside` moves the number."""
 
-    def beside(params: Any, t: Any, y: Any, xi: Any, work: Any) -> None:
+    def beside(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         state = fixed_rows(part(y, 0, rows), rows)
-        f(params, t, state, fixed_rows(part(xi, 0, algebra_rows), algebra_rows), work)
-        xi[algebra_rows] = rate(params, t, state, work)
+        f(params, t, state, fixed_rows(part(out, 0, algebra_rows), algebra_rows), work)
+        out[algebra_rows] = rate(params, t, state, work)
 
     return named_as(beside, f)
 

@@ -111,11 +111,6 @@ class Recorder:
         return self._before[0]
 
     @property
-    def last_state(self) -> Array:
-        """The state at `own_time`."""
-        return self._before[1][: self._problem.rows]
-
-    @property
     def length(self) -> float | None:
         """How long the run is, in steps where these are counted; see `progress`."""
         if self._timeline.steps is not None:
