@@ -19,7 +19,7 @@ from .meanwhile import import_meanwhile
 @options.folder_option("report", "report.html, drift.json, drift.png and drift.svg")
 @options.paper_option
 @options.yes_option
-@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@options.quiet_option
 def command(
     scene: str,
     methods: list[str] | None,

@@ -109,6 +109,8 @@ yes_option = click.option(
 )
 
 
+quiet_option = click.option("--quiet", is_flag=True, help="No progress, no summary.")
+
 paper_option = click.option(
     "--paper",
     is_flag=True,
@@ -127,20 +129,23 @@ def folder_option(default: str, files: str) -> Callable[..., Any]:
     )
 
 
-def scene_choice(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the argument SCENE, and the options that change how it is integrated."""
-    return functools.reduce(lambda f, option: option(f), reversed(_CHOICE), command)
+def _all_of(*options: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what adds several options to a command, in their order."""
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        return functools.reduce(lambda f, option: option(f), reversed(options), command)
+
+    return add
 
 
-def end_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that say where a run ends."""
-    return functools.reduce(lambda f, option: option(f), reversed(_ENDS), command)
+# The argument SCENE, and the options that change how it is integrated.
+scene_choice = _all_of(*_CHOICE)
 
+# The options that say where a run ends.
+end_options = _all_of(*_ENDS)
 
-def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the argument SCENE and the options that change it, as `chosen_scene` takes them."""
-    others = (*_CHOICE[:4], *_ENDS, *_CHOICE[4:], *_WATCHED)
-    return functools.reduce(lambda f, option: option(f), reversed(others), command)
+# The argument SCENE and the options that change it, as `chosen_scene` takes them.
+scene_options = _all_of(*_CHOICE[:4], *_ENDS, *_CHOICE[4:], *_WATCHED)
 
 
 def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:

@@ -18,7 +18,7 @@ from . import options
     help="NetCDF file to write; by default named after the scene.",
 )
 @options.yes_option
-@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@options.quiet_option
 def command(
     scene: str,
     out: Path | None,

@@ -23,7 +23,7 @@ from . import options
     help="Cap of a cell.",
 )
 @click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
-@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@options.quiet_option
 @options.debug_option
 def command(
     out: Path,
