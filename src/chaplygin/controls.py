@@ -32,7 +32,7 @@ import numpy as np
 import geomint as gi
 
 from .inertia import GeneralInertia, SpecialInertia
-from .manifold import Array, skew_components
+from .manifold import Array, flat_triangle, skew_components
 
 __all__ = ["MultiplierDefects", "almost_poisson_tensor", "multiplier_defects"]
 
@@ -72,8 +72,8 @@ def almost_poisson_tensor(inertia: SpecialInertia | GeneralInertia, D: float, y:
     for e in np.eye(size):
         xi = _skew(e, n)
         rate = k @ xi - xi @ k - D * _wedge(omega @ xi @ gamma, gamma)
-        columns.append(np.concatenate([_flat(rate), -xi @ gamma]))
-    columns += [np.concatenate([_flat(_wedge(e, gamma)), 0.0 * gamma]) for e in np.eye(n)]
+        columns.append(np.concatenate([flat_triangle(rate), -xi @ gamma]))
+    columns += [np.concatenate([flat_triangle(_wedge(e, gamma)), 0.0 * gamma]) for e in np.eye(n)]
     return np.array(columns).T
 
 
@@ -110,7 +110,8 @@ def multiplier_defects(
     matrix = np.array([image.ravel() for image in images]).T
     solution = np.linalg.lstsq(matrix, -jacobi.ravel(), rcond=None)[0]
     closed = jacobi.ravel() + matrix @ solution
-    log_density = [-0.5 * np.log(_determinant(inertia, D, z)).imag / STEP for z in steps]
+    determinants = [np.linalg.det(_metric(inertia, D, z[-n:])) for z in steps]
+    log_density = [-0.5 * np.log(x).imag / STEP for x in determinants]
     degrees = max(rank // 2 - 1, 1)
     push = tensor @ (-np.array(log_density) / degrees)
     prescribed = jacobi + _cyclic(np.einsum("i,jk->ijk", push, tensor))
@@ -128,10 +129,6 @@ def _skew(flat: Array, n: int) -> Array:
     return np.asarray(matrix - matrix.T)
 
 
-def _flat(matrix: Array) -> Array:
-    return np.asarray(matrix[np.triu_indices(len(matrix), 1)])
-
-
 def _wedge(x: Array, y: Array) -> Array:
     return np.outer(x, y) - np.outer(y, x)
 
@@ -143,14 +140,10 @@ def _metric(inertia: SpecialInertia | GeneralInertia, D: float, gamma: Array) ->
     columns = []
     for e in np.eye(n * (n - 1) // 2):
         full = _skew(e, n)
-        columns.append(inertia.apply(e) + D * _flat(full @ shadow + shadow @ full))
+        columns.append(inertia.apply(e) + D * flat_triangle(full @ shadow + shadow @ full))
     return np.array(columns).T
 
 
 def _omega(inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> Array:
     n = inertia.n
     return np.asarray(np.linalg.solve(_metric(inertia, D, y[-n:]), y[:-n]))
-
-
-def _determinant(inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> Any:
-    return np.linalg.det(_metric(inertia, D, y[-inertia.n :]))

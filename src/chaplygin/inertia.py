@@ -27,6 +27,7 @@ __all__ = [
 LARGEST = 1000  # dimension: states with attitude have 3n²/2 numbers
 LARGEST_OF_MATRICES = 100  # of a general operator, which has some n⁴/4
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error
+TURN = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # flat triangles to vectors
 FACTORS = 1e-14  # relative: products a_i a_j that differ by more are not those of an a
 
 
@@ -293,15 +294,12 @@ class GeneralInertia:
     @classmethod
     def from_tensor(cls, tensor: Any) -> GeneralInertia:
         """Return the operator of a body in R³ with the inertia tensor of that shape (3, 3)."""
-        matrix = _square("tensor", tensor, 3)
-        turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-        return cls(turn @ matrix @ turn.T)
+        return cls(TURN @ _square("tensor", tensor, 3) @ TURN.T)
 
     @property
     def tensor(self) -> Array:
         """At n = 3 the inertia tensor acting on vectors, shape (3, 3)."""
-        turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-        return np.asarray(turn @ _three(self.matrix) @ turn.T)
+        return np.asarray(TURN @ _three(self.matrix) @ TURN.T)
 
     def special(self, D: float) -> SpecialInertia | None:
         """Return this operator as a special one if it is one, else None.

@@ -47,7 +47,8 @@ def peer_runs(
         for setting in _settings(peer, motion):
             own: dict[str, Any] = {"step" if peer.fixed else "rtol": setting}
             point = replace(blank, **own)
-            expected *= _times_longer(point.order, before, setting)
+            if point.order:  # a smaller tolerance makes a run longer
+                expected *= float((before / setting) ** (1.0 / (point.order + 1)))
             if expected > MAX_SECONDS:
                 yield replace(point, status=f"not run: would take about {expected:.0f} s")
                 continue
@@ -81,11 +82,6 @@ def _settings(peer: Peer, motion: Motion) -> list[float]:
         return list(TOLERANCES)
     base = Rattle().default_step(motion.problem, motion.y0, motion.end)
     return [factor * base for factor in STEP_FACTORS]
-
-
-def _times_longer(order: int, before: float, now: float) -> float:
-    """Return by which factor a smaller tolerance makes a run longer."""
-    return float((before / now) ** (1.0 / (order + 1))) if order else 1.0
 
 
 def _point(

@@ -122,7 +122,9 @@ def _parts(one: Any) -> Iterator[tuple[str, tuple[Reference, ...]]]:
     if isinstance(problem, Problem):
         yield f"system {problem.name}", problem.references
     if isinstance(method, Method):
-        yield f"method {method.name}", _once(method.references)
+        # Each once: compositions have those of base and scheme.
+        own = {(source.key, source.place): source for source in method.references}
+        yield f"method {method.name}", tuple(own.values())
 
 
 def _named(name: str) -> Scene | Method:
@@ -130,8 +132,3 @@ def _named(name: str) -> Scene | Method:
         return find_solver(name)
     except MethodError:
         return load_scene(name)
-
-
-def _once(references: tuple[Reference, ...]) -> tuple[Reference, ...]:
-    """Return sources each once: compositions have those of base and scheme."""
-    return tuple({(one.key, one.place): one for one in references}.values())
