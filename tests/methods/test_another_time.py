@@ -29,6 +29,31 @@ def shaken(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[2] = out[2] + 1e-5 * gi.cos(t)
 
 
+@gi.field
+def pushed_once(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A pulse in the middle of the run, which is below a rounding at its beginning."""
+    kepler(params, 0.0 * t, y, out, work)
+    d = (t - 3000.0) / 50.0
+    d4 = d * d * d * d
+    out[2] = out[2] + 1e-4 / (1.0 + d4 * d4 * d4 * d4)
+
+
+@gi.field
+def with_growth(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    r2 = y[0] * y[0] + y[1] * y[1]
+    r3 = r2 * gi.sqrt(r2)
+    out[0], out[1] = y[2], y[3]
+    out[2], out[3] = -y[0] / r3, -y[1] / r3
+    out[4] = 0.01 * y[4] * (1.0 - y[4])
+
+
+@gi.observable
+def late(params: Any, t: Any, y: Any, work: Any) -> Any:
+    d = (t - 3000.0) / 50.0
+    d4 = d * d * d * d
+    return y[0] + 0.1 / (1.0 + d4 * d4 * d4 * d4)
+
+
 @gi.observable
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     r = gi.sqrt(y[0] * y[0] + y[1] * y[1])
@@ -102,24 +127,33 @@ def by_time(params: Any, t: Any, y: Any, work: Any) -> Any:
         {"observe": {"own": by_time}},
         {"events": [gi.event(by_time)]},
         {"method": gi.Gauss(8)},
+        {"observe": ["late"]},
+        {"events": ["late"]},
+        {"t0": 1e9, "t_end": 1e9 + END},
     ],
     ids=lambda more: next(iter(more)),
 )
 @pytest.mark.filterwarnings("ignore::geomint.EndWarning")  # the time alone is looked at
 def test_what_is_asked_for_in_its_own_time_keeps_that(more: dict[str, Any]) -> None:
-    sol = gi.solve(orbit(), start(0.95, -1), t_end=END, **{**ASKED, **more})
+    problem = dataclasses.replace(orbit(), observables={"late": late})
+    sol = gi.solve(problem, start(0.95, -1), **{"t_end": END, **ASKED, **more})
     assert sol.problem.name == "orbit"
 
 
 @pytest.mark.parametrize(
     ("field", "e", "end"),
-    [(kepler, 0.95, 60.0), (kepler, 0.3, 60_000.0), (shaken, 0.95, END)],
-    ids=["short", "even", "by time"],
+    [
+        (kepler, 0.95, 60.0),
+        (kepler, 0.3, 60_000.0),
+        (shaken, 0.95, END),
+        (pushed_once, 0.97, END),
+    ],
+    ids=["short", "even", "by time", "by time, later"],
 )
 @pytest.mark.filterwarnings("ignore::geomint.EndWarning")
 def test_motions_that_keep_their_time(field: Any, e: float, end: float) -> None:
     problem = orbit(field)
-    if field is shaken:
+    if field is not kepler:
         problem = dataclasses.replace(problem, invariants={})
     sol = gi.solve(problem, start(e, -1), t_end=end, **ASKED)
     assert sol.problem.name == "orbit"
@@ -133,3 +167,44 @@ def test_where_no_step_of_its_own_time_serves() -> None:
     assert not sol.warnings
     sizes = np.repeat([1.0 + e, np.sqrt((1.0 + e) / (1.0 - e))], 2)
     assert np.max(np.abs(sol.y[-1] - there(e, 1, end)) / sizes) < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"tau_eval": [1.0]}, "expected t_eval: 'orbit' is in physical time"),
+        ({"events": ["nothing"]}, "a component or a quantity of 'orbit'"),
+    ],
+)
+def test_what_makes_no_sense_is_said_of_the_problem(more: dict[str, Any], words: str) -> None:
+    with pytest.raises(gi.DomainError, match=words):
+        gi.solve(orbit(), start(0.95, -1), t_end=END, **more, **ASKED)
+
+
+def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own() -> None:
+    """What is tiny at first, and grows, makes σ ever smaller there: 10⁸ steps and more."""
+    pieces = (("q", 2), ("v", 2), ("w", 1))
+    problem, e = gi.Problem("grown", pieces, field=with_growth), 0.95
+    for w in (1e-3, 1e-12):
+        sol = gi.solve(problem, [*start(e, -1), w], t_end=END, **ASKED)
+        assert sol.problem.name == ("grown" if w == 1e-12 else "grown-by-speed")
+        assert not sol.warnings
+        assert abs(sol.y[-1, 4] - 1.0) < 1e-9
+        assert np.abs(sol.y[-1, :4] - there(e, -1, END)).max() < 1e-7
+
+
+def test_where_the_motion_ends_there_is_the_error_of_its_own_time() -> None:
+    pieces = (("q", 2), ("v", 2), ("w", 1))
+
+    @gi.field
+    def until(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        r2 = y[0] * y[0] + y[1] * y[1]
+        r3 = r2 * gi.sqrt(r2)
+        out[0], out[1] = y[2], y[3]
+        out[2], out[3] = -y[0] / r3, -y[1] / r3
+        out[4] = y[4] * y[4]
+
+    problem = gi.Problem("until", pieces, field=until)
+    with pytest.raises(gi.StepError) as told:
+        gi.solve(problem, [*start(0.95, -1), 1.0 / 5000.0], t_end=END, **ASKED)
+    assert told.value.t == pytest.approx(5000.0, abs=0.01)

@@ -71,7 +71,7 @@ def begun_anew(
             off = off_at_end(found, other, sizes, wanted)
             found.end_error = end_error(found, off, wanted, begin, ratio, 0.0)
             expected = off / max(ratio - 1.0, 1.0)
-    for k in range(0 if once else ATTEMPTS):
+    for k in range(0 if once else ATTEMPTS if chosen.own is None else MISSED):
         unknown = wanted is not None and found.end_error is None and found.ranked is not None
         if not unknown and chosen.kept(found) and (wanted is None or met(found, wanted)):
             break

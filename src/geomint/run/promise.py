@@ -29,7 +29,7 @@ ENOUGH = 3.0  # times: of the end, where sums are better known; of steps, where 
 AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
 SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long,
-LESS = 0.3  # and of its error at most, of high orders: an end is confirmed that is in doubt alone
+FEW, LESS = 20, (0.1, 0.3)  # steps; of the error of few, and of more: else runs are alike
 STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
 VARIABLE_STEPS = {"field": "dop853-adaptive", "action": "rkmk-dop853-adaptive"}
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
@@ -37,13 +37,9 @@ UNEVEN = "steps of one length erred too much, so that these vary"
 MOST_STEPS, FEW_STEPS = 2.0**20, 2.0**12  # that a run is begun anew with; in plain Python
 
 
-def shortened(factor: float, power: int) -> float:
+def shortened(factor: float, power: int, longest: float = LONGEST) -> float:
     """Return by what a step is multiplied so that an error is, as far as one goes at a time."""
-    return min(max(float(factor ** (1.0 / power)), SHORTEST), _longest(power))
-
-
-def _longest(power: int) -> float:
-    return max(LONGEST, float(LESS ** (1.0 / power)))
+    return min(max(float(factor ** (1.0 / power)), SHORTEST), longest)
 
 
 class Setting(NamedTuple):
@@ -73,6 +69,8 @@ class Setting(NamedTuple):
         Of the motion, as far as trials have gone.
     problem : Problem or None
         In another time, where that is taken.
+    own : Setting or None
+        What is taken in its own time if the other does not serve.
     """
 
     method: Method
@@ -88,6 +86,7 @@ class Setting(NamedTuple):
     iterations: float = 0.0
     states: Array | None = None
     problem: Problem | None = None
+    own: Setting | None = None
 
     @classmethod
     def default(cls, method: str | Method | None) -> Setting:
@@ -160,12 +159,14 @@ class Setting(NamedTuple):
         step, method = self.step or abs(found.step), self.method
         factor = SHORTER if self.accuracy else FAILED
         if error is not None and local:
-            factor, step = _longest(p), min(step, local.step)
+            less = LESS[found.steps > FEW]
+            longest = max(LONGEST, float(less ** (1.0 / p)))
+            factor, step = longest, min(step, local.step)
             if self.each:
                 part = AIM * promised(found.method) / max(local.largest, 1e-300)
-                factor = min(factor, shortened(part, p + 1))
+                factor = min(factor, shortened(part, p + 1, longest))
             if self.wanted is not None:
-                factor = min(factor, shortened(self.wanted / max(error, 1e-300), p))
+                factor = min(factor, shortened(self.wanted / max(error, 1e-300), p, longest))
             method = self.given if end and self.given else method
         if found.steps > factor * most or not factor * step > 0.0:
             return None

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from ..arguments import Array, finite, positive
-from ..errors import DomainError, StepError, WatcherError, keeping
+from ..errors import DomainError, StepError, StepLimitError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.adaptive import Adaptive
@@ -54,6 +54,7 @@ __all__ = ["solve"]
 
 CHOSEN = ("problem", "y0", "method", "step", "tolerance", "breaks")  # arguments before a run
 AS_NEW = "begin a new run from the last state, whose step is chosen anew"
+MANY = 3e7  # iterations in another time, where those in its own are not known
 BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
 
 
@@ -196,12 +197,9 @@ def solve(
             named[name] = list(named[name])
     if asked:
         chosen = choose_for(problem, y0, method, step, tolerance, named)
-        if chosen.problem is not None:
-            problem, named["clock"] = chosen.problem, None
     else:
         chosen = Setting.default(method)
-    solved = partial(_solved, problem, y0, given=False)
-    solution, chosen = begun_anew(solved, chosen, named)
+    solution, chosen = _begun(problem, y0, chosen, named)
     kept, accuracy = chosen.kept(solution), chosen.accuracy
     solution.accuracy, measured = accuracy, estimated(solution)
     if chosen.wanted is not None and not met(solution, chosen.wanted):
@@ -218,6 +216,24 @@ def solve(
         tell_lost_integrals(solution, begun, own, False, compiled)
     _leave(solution, chosen)
     return solution
+
+
+def _begun(
+    problem: Problem | Solution, y0: Any, chosen: Setting, named: Mapping[str, Any]
+) -> tuple[Solution, Setting]:
+    """Return a run in the time that was chosen, or in its own where the other does not serve."""
+    solved = partial(_solved, problem, y0, given=False)
+    own, other, wanted = chosen.own, chosen.problem, chosen.wanted
+    if own is None or other is None or wanted is None:
+        return begun_anew(solved, chosen, named)
+    most = min(own.iterations, MANY)
+    found = None
+    with contextlib.suppress(StepError):
+        solved = partial(_solved, other, y0, given=False, most=most)
+        found, last = begun_anew(solved, chosen, {**named, "clock": None})
+    if found is None or (found.success and not met(found, wanted)):
+        return _begun(problem, y0, own, named)
+    return found, last
 
 
 def _leave(found: Solution, chosen: Setting) -> None:
@@ -255,6 +271,7 @@ def _solved(
     given: bool = True,
     confirmed: bool = False,
     halved: float = 0.0,
+    most: float = math.inf,
 ) -> Solution:
     """Return what `solve` does with a step, or the default one, once.
 
@@ -262,7 +279,8 @@ def _solved(
     returned. `turning`: whether steps whose iteration does not converge are taken by what the method
     has for them; else they end the run. `given`: whether the user has given the step. `confirmed`:
     whether a second run shall tell the error at the end. `breaks`, as `breaks_of` returns them, may lie
-    beyond the end; `halved` is the step of a run with them of whose steps each is halved.
+    beyond the end; `halved` is the step of a run with them of whose steps each is halved. `most`:
+    iterations, from which on it is a `StepLimitError`.
     """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
@@ -378,6 +396,9 @@ def _solved(
 
         def asked_to_end_here() -> bool:
             bar.update(recorder.progress)
+            if integrator.iterations > most:
+                numbers = integrator.time, integrator.steps, 0.0, integrator.iterations
+                raise StepLimitError(*numbers, f"{most:g} iterations")
             return callback is not None and asked_to_end(callback, recorder.told())
 
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from ...errors import DomainError, FormError
+from ...kernels.compiling.code import reads
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
-from ...problems.time_scale import characteristic_time
+from ...problems.time_scale import characteristic_time, names_time
 from ...problems.time_transformation import time_transformed
 from ...watch.functions import Function
 from ...watch.observe import choose_watchers
-from ..events import choose_events
+from ..events import choose_events, quantity
 from ..promise import Setting
 
 __all__ = ["better", "in_another_time"]
@@ -28,7 +29,7 @@ __all__ = ["better", "in_another_time"]
 LONG = 1e6  # iterations of a run: of shorter ones trials in the other time save nothing
 UNEVEN = 25.0  # times the step: characteristic times in the mean
 DEARER = 5.0  # times: an iteration that evaluates σ as well, with the trials in both times
-OWN = ("breaks", "longest", "callback")  # arguments in the time that is given, or that ask it
+OWN = ("breaks", "longest", "callback", "tau_eval")  # arguments in the problem's own time
 
 
 def in_another_time(
@@ -41,8 +42,10 @@ def in_another_time(
     state, states = chosen.state, chosen.states
     if not chosen.free or chosen.step is None or state is None or states is None:
         return None
-    own = problem.time == "tau" or any(asked.get(name) for name in OWN)
-    if own or chosen.iterations < LONG or not _named(problem, asked):
+    own = problem.time == "tau" or any(asked.get(name) is not None for name in OWN)
+    if own or chosen.iterations < LONG or names_time(problem) or not _named(problem, asked):
+        return None
+    if abs(asked["t0"]) > abs(asked["t_end"] - asked["t0"]):  # a clock that began there rounds more
         return None
     rate_at = rates_of(problem, state, compiled)
     try:
@@ -65,13 +68,19 @@ def better(chosen: Setting, other: Setting, problem: Problem) -> Setting:
     if now is None or not good or DEARER * other.iterations >= chosen.iterations:
         return chosen
     reason = f"{now.reason}; the motion is uneven: steps are even in another time"
-    return other._replace(problem=problem, accuracy=now._replace(reason=reason))
+    accuracy = now._replace(reason=reason)
+    return other._replace(problem=problem, accuracy=accuracy, own=chosen)
 
 
 def _named(problem: Problem, asked: Mapping[str, Any]) -> bool:
+    """Tell whether all that is looked at has a name, and does not name time."""
     own = problem.diagnostics.values()
     watched = choose_watchers(problem, asked["observe"]).values()
-    events = choose_events(asked["events"]).values()
-    return all(type(w) is Function and w.function in own for w in watched) and all(
-        isinstance(event.what, str) for event in events
+    events = [event.what for event in choose_events(asked["events"]).values()]
+    if not all(isinstance(what, str) for what in events):
+        return False
+    looked_at = [w.function for w in watched if type(w) is Function and w.function in own]
+    functions = [*looked_at, *(quantity(problem, what) for what in events)]
+    return len(looked_at) == len(watched) and not any(
+        reads(f.function.__code__, 1) for f in functions
     )
