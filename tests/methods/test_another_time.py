@@ -44,7 +44,12 @@ def with_growth(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     r3 = r2 * gi.sqrt(r2)
     out[0], out[1] = y[2], y[3]
     out[2], out[3] = -y[0] / r3, -y[1] / r3
-    out[4] = 0.01 * y[4] * (1.0 - y[4])
+    out[4] = y[4] * (params[0] + params[1] * y[4])
+
+
+def beside(rate: float, square: float) -> gi.Problem:
+    """Return the orbit with a number w beside it: dw/dt = rate w + square w²."""
+    return gi.Problem("beside", (("q", 2), ("v", 2), ("w", 1)), [rate, square], with_growth)
 
 
 @gi.observable
@@ -127,17 +132,26 @@ def by_time(params: Any, t: Any, y: Any, work: Any) -> Any:
         {"observe": {"own": by_time}},
         {"events": [gi.event(by_time)]},
         {"method": gi.Gauss(8)},
-        {"observe": ["late"]},
-        {"events": ["late"]},
         {"t0": 1e9, "t_end": 1e9 + END},
     ],
     ids=lambda more: next(iter(more)),
 )
 @pytest.mark.filterwarnings("ignore::geomint.EndWarning")  # the time alone is looked at
 def test_what_is_asked_for_in_its_own_time_keeps_that(more: dict[str, Any]) -> None:
-    problem = dataclasses.replace(orbit(), observables={"late": late})
-    sol = gi.solve(problem, start(0.95, -1), **{"t_end": END, **ASKED, **more})
+    sol = gi.solve(orbit(), start(0.95, -1), **{"t_end": END, **ASKED, **more})
     assert sol.problem.name == "orbit"
+
+
+@pytest.mark.filterwarnings("ignore::geomint.EndWarning")
+def test_a_quantity_that_names_time_keeps_it() -> None:
+    """It may be asked for by a run that goes on, where it would be that at t = 0."""
+    problem = dataclasses.replace(orbit(), observables={"late": late})
+    sol = gi.solve(problem, start(0.95, -1), t_end=2990.0, **ASKED)
+    assert sol.problem.name == "orbit"
+    further = gi.solve(sol, t_end=3000.0, observe=["late"])
+    late_then = further.y[-1, 0] + 0.1
+    drift = further.drift["late"]
+    assert drift.initial + drift.final_error == pytest.approx(late_then, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -183,28 +197,16 @@ def test_what_makes_no_sense_is_said_of_the_problem(more: dict[str, Any], words:
 
 def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own() -> None:
     """What is tiny at first, and grows, makes σ ever smaller there: 10⁸ steps and more."""
-    pieces = (("q", 2), ("v", 2), ("w", 1))
-    problem, e = gi.Problem("grown", pieces, field=with_growth), 0.95
+    problem, e = beside(0.01, -0.01), 0.95
     for w in (1e-3, 1e-12):
         sol = gi.solve(problem, [*start(e, -1), w], t_end=END, **ASKED)
-        assert sol.problem.name == ("grown" if w == 1e-12 else "grown-by-speed")
+        assert sol.problem.name == ("beside" if w == 1e-12 else "beside-by-speed")
         assert not sol.warnings
         assert abs(sol.y[-1, 4] - 1.0) < 1e-9
         assert np.abs(sol.y[-1, :4] - there(e, -1, END)).max() < 1e-7
 
 
 def test_where_the_motion_ends_there_is_the_error_of_its_own_time() -> None:
-    pieces = (("q", 2), ("v", 2), ("w", 1))
-
-    @gi.field
-    def until(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        r2 = y[0] * y[0] + y[1] * y[1]
-        r3 = r2 * gi.sqrt(r2)
-        out[0], out[1] = y[2], y[3]
-        out[2], out[3] = -y[0] / r3, -y[1] / r3
-        out[4] = y[4] * y[4]
-
-    problem = gi.Problem("until", pieces, field=until)
     with pytest.raises(gi.StepError) as told:
-        gi.solve(problem, [*start(0.95, -1), 1.0 / 5000.0], t_end=END, **ASKED)
+        gi.solve(beside(0.0, 1.0), [*start(0.95, -1), 1.0 / 5000.0], t_end=END, **ASKED)
     assert told.value.t == pytest.approx(5000.0, abs=0.01)

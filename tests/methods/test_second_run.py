@@ -272,20 +272,12 @@ def relaxed(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = -params[0] * (y[0] - gi.cos(t)) - gi.sin(t)
 
 
-@pytest.mark.parametrize(
-    ("method", "rate", "start", "length", "tolerance"),
-    [
-        ("dop853", 336.0966, 0.601332, 1.688, 9e-4),
-        ("dormand-prince-5", 460.7559, -0.248637, 3.61, 2.3e-4),
-    ],
-)
-def test_steps_that_are_not_stable_are_shortened(
-    method: str, rate: float, start: float, length: float, tolerance: float
-) -> None:
+def test_steps_that_are_not_stable_are_shortened() -> None:
     """Such a run is off by more than the motion is large, and says nothing of how errors grow."""
-    problem = gi.Problem("relaxed", (("y", 1),), params=[rate], field=relaxed)
+    problem = gi.Problem("relaxed", (("y", 1),), params=[336.0966], field=relaxed)
+    length, tolerance = 1.688, 9e-4
     for begin in np.linspace(-2.0, 2.0, 9):
-        given: dict[str, Any] = {"t0": begin, "t_end": begin + length, "method": method}
-        sol = gi.solve(problem, [start], **given, tolerance=tolerance, progress=False)
+        given: dict[str, Any] = {"t0": begin, "t_end": begin + length, "method": "dop853"}
+        sol = gi.solve(problem, [0.601332], **given, tolerance=tolerance, progress=False)
         assert abs(sol.y[-1, 0] - math.cos(begin + length)) < 10.0 * tolerance
         assert not sol.warnings

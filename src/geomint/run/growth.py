@@ -20,7 +20,7 @@ from ..problems.evaluate import rates_of, value_of
 from ..problems.time_scale import jacobian
 from .error_estimate import label
 from .local_error import EndError, Ranked
-from .promise import advice, rough_error
+from .promise import FEW, advice, rough_error
 from .solution import Solution
 
 __all__ = [
@@ -36,7 +36,7 @@ AGREE = 0.3, 3.0  # times what was expected: three runs err as their order says
 TRUSTED = 30.0  # times less than what two runs differ by one errs, at most, if it is regular
 SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
 EXPLODED = 10.0  # times the size of the motion: of steps that are not stable, and of no motion
-SHORT, FEW = 6, 20  # steps: of so few both runs may err alike
+SHORT = 6  # steps: of so few nothing is known but how far both ends are apart
 LITTLE = 0.03  # of what is wanted: clear of so few, too
 RESOLVED = 30.0  # numbers of steps: where one has more, both runs may agree by chance
 ROUNDING = 2.0**-53  # of each step, at least

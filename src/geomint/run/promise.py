@@ -21,15 +21,17 @@ from .local_error import DOUBT, SURE, LocalError, Ranked, promised
 from .solution import Solution
 
 __all__ = [
-    *("AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "advice", "rough_error"),
+    *("AIM", "FEW", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN"),
+    *("Setting", "advice", "rough_error"),
 ]
 
 AT_END = 1e-9
 ENOUGH = 3.0  # times: of the end, where sums are better known; of steps, where few err, and most
 AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
-SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long,
-FEW, LESS = 20, (0.1, 0.3)  # steps; of the error of few, and of more: else runs are alike
+SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
+FEW = 20  # steps: of so few two runs may err alike
+LESS, MUCH_LESS = 0.3, 0.1  # of the error, of high orders: of a run of more steps, and of few
 STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
 VARIABLE_STEPS = {"field": "dop853-adaptive", "action": "rkmk-dop853-adaptive"}
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
@@ -159,7 +161,7 @@ class Setting(NamedTuple):
         step, method = self.step or abs(found.step), self.method
         factor = SHORTER if self.accuracy else FAILED
         if error is not None and local:
-            less = LESS[found.steps > FEW]
+            less = LESS if found.steps > FEW else MUCH_LESS
             longest = max(LONGEST, float(less ** (1.0 / p)))
             factor, step = longest, min(step, local.step)
             if self.each:

@@ -178,7 +178,7 @@ def solve(
     WatcherError
         Likewise, where what watches a quantity fails, or the callback.
     """
-    known = locals()
+    known = locals()  # the arguments: nothing else has a name yet
     named: dict[str, Any] = {name: known[name] for name in known if name not in CHOSEN}
     named["longest"] = None if longest is None else positive("longest", longest)
     if breaks is not None:

@@ -34,8 +34,11 @@ def choose_for(
     step: Any,
     tolerance: Any,
     asked: Mapping[str, Any],
+    rate: float | None = None,
 ) -> Setting:
     """Return how a run of `geomint.solve`, with what else is asked of it, meets a tolerance.
+
+    `rate` is that of the clock in the mean, where more is known than that at y0.
 
     Raises
     ------
@@ -70,7 +73,7 @@ def choose_for(
     span, physical, breaks = end - begin, None, asked.get("breaks", ())
     if not own:
         assert problem.clock is not None
-        rate = asked.get("rate") or value_of(problem, problem.clock, state, compiled)(state, 0.0)
+        rate = rate or value_of(problem, problem.clock, state, compiled)(state, 0.0)
         span, physical = (span / rate if rate > 0.0 else span), abs(span)
     at = begin if own else 0.0
     rate_at = before_breaks(rates_of(problem, state, compiled), breaks, span)
@@ -88,6 +91,6 @@ def choose_for(
     uneven = in_another_time(found, problem, asked, compiled)
     if uneven is None:
         return found
-    again = {**asked, "clock": None, "rate": uneven[1]}
-    other = choose_for(uneven[0], state, method, None, tolerance, again)
-    return better(found, other, uneven[0])
+    there, rate = uneven
+    other = choose_for(there, state, method, None, tolerance, {**asked, "clock": None}, rate)
+    return better(found, other, there)
