@@ -226,10 +226,9 @@ def _begun(
     own, other, wanted = chosen.own, chosen.problem, chosen.wanted
     if own is None or other is None or wanted is None:
         return begun_anew(solved, chosen, named)
-    most = min(own.iterations, MANY)
     found = None
     with contextlib.suppress(StepError):
-        solved = partial(_solved, other, y0, given=False, most=most)
+        solved = partial(_solved, other, y0, given=False, most=min(own.iterations, MANY))
         found, last = begun_anew(solved, chosen, {**named, "clock": None})
     if found is None or (found.success and not met(found, wanted)):
         return _begun(problem, y0, own, named)

@@ -29,6 +29,7 @@ __all__ = ["better", "in_another_time"]
 LONG = 1e6  # iterations of a run: of shorter ones trials in the other time save nothing
 UNEVEN = 25.0  # times the step: characteristic times in the mean
 DEARER = 5.0  # times: an iteration that evaluates σ as well, with the trials in both times
+STEPS = "steps are even in another time"
 OWN = ("breaks", "longest", "callback", "tau_eval")  # arguments that know the problem's own time
 
 
@@ -65,12 +66,10 @@ def in_another_time(
 def better(chosen: Setting, other: Setting, problem: Problem) -> Setting:
     """Return what is expected to be as good, and to take less time; `other` is in the other time."""
     then, now = chosen.accuracy, other.accuracy
-    assert then is not None
-    good = now is not None and now.expected <= max(then.expected, then.tolerance)
-    if now is None or not good or DEARER * other.iterations >= chosen.iterations:
+    good = now and then and now.expected <= max(then.expected, then.tolerance)
+    if not (now and good) or DEARER * other.iterations >= chosen.iterations:
         return chosen
-    reason = f"{now.reason}; the motion is uneven: steps are even in another time"
-    accuracy = now._replace(reason=reason)
+    accuracy = now._replace(reason=f"{now.reason}; the motion is uneven: {STEPS}")
     return other._replace(problem=problem, accuracy=accuracy, own=chosen)
 
 

@@ -91,6 +91,6 @@ def choose_for(
     uneven = in_another_time(found, problem, asked, compiled)
     if uneven is None:
         return found
-    there, rate = uneven
-    other = choose_for(there, state, method, None, tolerance, {**asked, "clock": None}, rate)
-    return better(found, other, there)
+    again = {**asked, "clock": None}
+    other = choose_for(uneven[0], state, method, None, tolerance, again, uneven[1])
+    return better(found, other, uneven[0])
