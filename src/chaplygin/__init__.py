@@ -12,8 +12,6 @@ Chaplygin sphere in R^n*. Conventions, used by every module:
 Importing chaplygin imports neither numba nor pydantic: both come when they are needed.
 """
 
-from __future__ import annotations
-
 import lazy_loader
 
 # The public names are listed in __init__.pyi and imported when they are first used.

@@ -1,7 +1,5 @@
 """Commands that this package adds to ``geomint``."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 import warnings

@@ -12,8 +12,6 @@ have a pole where two a_i are equal. Source: J. Moser, *Geometry of quadrics and
 (1980); for the sphere with λ = z and −4λ_k P(λ_k) μ_k² as the value at the coordinate λ_k.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Sequence
 from typing import Any

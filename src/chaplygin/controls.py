@@ -22,8 +22,6 @@ They are about *this* bracket: forms ŵ with i_X ŵ = 0 can be added to it. For 
 momentum, which has a defect here, such a form exists (see `geomint audit`, text:homogeneous-forms).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

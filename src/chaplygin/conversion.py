@@ -1,7 +1,5 @@
 """States of one representation as states of another: the chain of reductions, both ways."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import geomint as gi

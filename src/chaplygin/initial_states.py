@@ -1,7 +1,5 @@
 """Initial states given by any of p, p̃, k, ω, and brought to all of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

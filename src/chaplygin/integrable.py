@@ -17,8 +17,6 @@ With the same a and D both flows in τ commute, and so have the same integrals.
 In time t, p̃ = p/(D√U).
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

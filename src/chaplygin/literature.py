@@ -4,8 +4,6 @@ They lie in ``literature.toml``. `JOVANOVIC_2010`, the paper whose systems these
 geomint, whose citation it belongs to.
 """
 
-from __future__ import annotations
-
 from geomint.references.literature import JOVANOVIC_2010, sources
 
 SOURCES = sources(__file__)

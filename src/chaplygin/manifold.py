@@ -4,8 +4,6 @@ States are admitted as `geomint.problems.spaces.repair` says: a component that a
 projected with a warning, a flat state is repaired or refused.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ An operator is stored in the parameters as its n(n−1)/2 diagonal entries in th
 a matrix row after row; which of them is decided once, when a problem is made.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

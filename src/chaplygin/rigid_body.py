@@ -7,8 +7,6 @@ The equations want a positive definite operator only. So what is given as an ope
 violation is more likely a slip than meant.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -17,8 +17,6 @@ which is Stäckel's form; R is the polynomial of `integrable`.
 Where a λ is near an a_i its distance is what matters. It is computed and kept as such, relative to ε.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -28,8 +28,6 @@ constant ϱ² = 1/det(1 + D′M), the product of the pivots of LDLᵀ; and for t
 ϱ² = U^(2−n).
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

@@ -5,8 +5,6 @@ It is the classical ball (n = 3) in (k, γ, g, r), `contact`, with vectors of an
 points upwards: the centre moves with ρ gω⃗ × E_3.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 from dataclasses import dataclass

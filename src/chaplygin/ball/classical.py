@@ -13,8 +13,6 @@ The hat map (iso) takes vectors to so(3); there k⃗ is p⃗ × γ⃗ for k = γ
 g turn as γ⃗ does, so that SO(3) acts on k⃗, γ⃗ and the rows of g by one rotation exp(−hω⃗).
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

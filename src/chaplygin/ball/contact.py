@@ -10,8 +10,6 @@ well; "vertical" says how far they are apart. Everything is dimensionless. The m
 ball with attitude (`momentum`), times that of the plane.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

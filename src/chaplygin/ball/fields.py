@@ -5,8 +5,6 @@ made for each n, because loops of constant length unroll: 1.5 to 3 times faster 
 the parameters (n = 8 to 3).
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any, NamedTuple

@@ -13,8 +13,6 @@ H = ½(D U (p̃, p̃) − (p̃, Ap̃)), eq. (hamiltonian*), on T*S^(n−1): as (
 (D U + (γ, Aγ))(γ, p̃), the hidden constraint of the method is (γ, p̃) = 0.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -22,8 +22,6 @@ at orders 6 to 10 on average (other orders of parts, no great circle, all axes w
 squares: up to a power of ten larger).
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 import numpy as np

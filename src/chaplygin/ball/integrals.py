@@ -4,8 +4,6 @@ All of k is constant in space. So K = ⟨k, k⟩ and tr k⁴ are constant, and t
 that fixes γ, the SO(n−1)-momentum; for n = 2 that is nothing, for n = 3 one number.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any, NamedTuple
 

@@ -9,8 +9,6 @@ That is the flow on the group itself, while (k, γ) is its reduction by the turn
 The measure of (k, g) has the density ϱ = det(I + D pr)^(−1/2) by dk and Haar's measure, eq. (mu).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

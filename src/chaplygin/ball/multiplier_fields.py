@@ -3,8 +3,6 @@
 See `rolling` for the equations; a `RollingDynamics` has the acceleration.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

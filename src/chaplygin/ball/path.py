@@ -6,8 +6,6 @@ trapezoidal rule with corrected ends, the attitude as in `reconstruction`. Where
 neither mass nor radius, lengths are in radii.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

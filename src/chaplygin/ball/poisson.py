@@ -13,8 +13,6 @@ and Mamaev's (2001); the factors here are our own.
 In τ the density of the measure is 1/(γ⃗, Wγ⃗).
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

@@ -11,8 +11,6 @@ degree 7, one step of Magnus' method of order 6 leads from each sample to the ne
 point ṙ = ρ gωγ is the integral of a spline. How far g⁻¹E_n is from γ measures the error.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -18,8 +18,6 @@ the energy drift like t² (n = 3, t = 8000: by 1.4e-11 instead of 7e-14).
 Any other operator takes ω from k = γ∧p as the ball does (`angular_velocity`): O(n³).
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

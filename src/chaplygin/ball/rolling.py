@@ -19,8 +19,6 @@ coordinates of space. Gravity and the normal reaction are equal, and go through 
 not enter, and Λ is the horizontal part (friction). Everything is dimensionless.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

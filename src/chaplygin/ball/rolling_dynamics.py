@@ -15,8 +15,6 @@ The functions are made for each n and layout of the parameters, which has parts 
 `fields`.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """States of the rolling ball: upright attitudes, velocities that satisfy the constraint, m and ρ."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a correspondence is: a map of states, and the rate at which the other system's time runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

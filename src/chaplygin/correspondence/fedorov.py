@@ -9,8 +9,6 @@ Tori go to tori and, with the same γ⃗, both are turned by their own angular v
 them are different, so that this is no `Correspondence`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import geomint as gi

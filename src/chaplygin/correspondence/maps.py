@@ -36,8 +36,6 @@ Veselova flow to Neumann's in the time D²τ, and the flow of the sphere, which 
 this is Knörrer's theorem on the Gauss map of geodesics.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

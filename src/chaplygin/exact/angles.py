@@ -1,7 +1,5 @@
 """Where a state stands on its torus: θ and ψ, and the signs of components, from γ and p̃."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 `chaplygin.correspondence.maps` has the equations, and the change as a map of problems.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

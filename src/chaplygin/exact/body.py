@@ -15,8 +15,6 @@ the torus belongs. F(0) is U (p̃, p̃), and x = 0 only for f₁ = 0; x and y fo
 γ⃗ at some states of the torus.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import geomint as gi

@@ -17,8 +17,6 @@ oval, is their *distance*. A rounding of T at a root moves it 1/Π |e − e_s| t
 roots: how many bits it takes for distances of 32 digits is computed, and seen to be there.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@
 flow is exact in its τ. Time runs as dt = (D₁√U/(dt₁/dt)) dτ, again a function on the torus.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..inertia import GeneralInertia, SpecialInertia

@@ -13,8 +13,6 @@ such (`clock_functions`).
   refined until the coefficients have decayed; on tori of one or two dimensions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ frequency, how many waves are regular and resonant, the constant −Σ Re(A e^{i
   so that r = 0 does no harm.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 import geomint as gi

@@ -3,8 +3,6 @@
 The equations are in `branch_points`; the coefficients of T follow from the state without a division.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..manifold import Array

@@ -3,8 +3,6 @@
 Dekker's and Knuth's exact sums and products; in blocks they lie side by side.
 """
 
-from __future__ import annotations
-
 import geomint as gi
 
 

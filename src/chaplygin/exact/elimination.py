@@ -1,7 +1,5 @@
 """Small linear systems and determinants in compiled code."""
 
-from __future__ import annotations
-
 import geomint as gi
 from geomint import part
 

@@ -7,8 +7,6 @@ What is left of the error at large times is the rounding of the state from which
 relative error ε of it turns into a phase error of about condition · ω τ ε.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any

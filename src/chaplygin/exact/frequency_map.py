@@ -8,8 +8,6 @@
   meets a_i where H = K (1 − a_ja_k/D)/(2D): three lines in the plane of (K, H), the steady turns.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -13,8 +13,6 @@ the root of λ_k − α_g in the momentum. Other components keep their sign. All
 numbers of one sign, see `torus`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import geomint as gi

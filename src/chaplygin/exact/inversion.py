@@ -3,8 +3,6 @@
 The parameters are those of `packing`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import geomint as gi

@@ -1,7 +1,5 @@
 """What problems offer as their exact flow; the flow itself is loaded when it is wanted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Motions are equal if the numbers that they are made of are, bit by bit."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any
 

@@ -3,8 +3,6 @@
 It begins with the sizes of which its layout is made: so functions are compiled once, not for each n.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

@@ -4,8 +4,6 @@ The differentials are even in θ, so that half a turn is enough. How many points
 the gap to the nearest singular point, before any is computed. `torus` has the formulas.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections import namedtuple

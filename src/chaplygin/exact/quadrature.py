@@ -1,7 +1,5 @@
 """Quadratures along a motion, and what times may be."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

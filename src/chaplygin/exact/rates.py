@@ -8,8 +8,6 @@ of the ∂H/∂c_i only the first and the last are not 0. Double-doubles are who
 two, and there are few of them.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ clusters as elsewhere; from those of double precision it would first have to fin
 Numbers are whole ones over 2^bits: α_g ≤ 1, so that none is large.
 """
 
-from __future__ import annotations
-
 import itertools
 
 from ..manifold import Array

@@ -8,8 +8,6 @@ So gωγ, the velocity of the contact point over ρ, is a function on the torus,
 its integral: a mean drift and a quasi-periodic part, by the same quadrature as physical time (`clock`).
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

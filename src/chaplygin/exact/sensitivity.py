@@ -12,8 +12,6 @@ frequencies. That is no bound but the derivative: it says that nearly equal a_i 
 harm, and how much separatrices do.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..manifold import Array

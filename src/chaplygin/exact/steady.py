@@ -8,8 +8,6 @@ are, and with them ω, the solution of a linear equation whose coefficients they
 for any momentum. With k = k_∥ + k_⊥, k_∥ in γ∧R^n, ω = k_∥/(s + D) + k_⊥/s.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -14,8 +14,6 @@ coordinate planes, and the great circles of equal a_i, where one pair and no oth
 is left.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -30,8 +30,6 @@ the periods to 32 digits with a few dozen points (`periods`) where points are ap
 takes is known beforehand.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

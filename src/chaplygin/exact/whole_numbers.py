@@ -7,8 +7,6 @@ with a hundred digits takes a tenth of a microsecond.
 What compiled code takes of them are *double-doubles*, unevaluated sums of two float64 with 32 digits.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """Families of motions: the bifurcation diagram at n = 3, and maps of rotation numbers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

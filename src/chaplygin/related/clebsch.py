@@ -20,8 +20,6 @@ On N_0 = 0 they are the Hamiltonised Veselova problem and Chaplygin sphere: see
 `chaplygin.correspondence`.
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

@@ -23,8 +23,6 @@ Under the Gauss map γ = A⁻¹x/|A⁻¹x|, p = ẋ, geodesics become motions of
 misprinted for |Ax|.
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from dataclasses import dataclass

@@ -13,8 +13,6 @@ The part of (I + D)ω in R^n∧γ is constant in space. The measure has the dens
 det(pr (I + D)|_{R^n∧γ})^(1/2) in ω, r and the Haar measure of g.
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

@@ -1,7 +1,5 @@
 """Where the balls are hard to integrate: cases for ``geomint stress``, one file a kind of them."""
 
-from __future__ import annotations
-
 import geomint as gi
 
 __all__ = ["cases"]

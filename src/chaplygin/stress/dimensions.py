@@ -1,7 +1,5 @@
 """Motions in many dimensions."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import geomint as gi

@@ -1,7 +1,5 @@
 """States at the edge: momenta of any size, γ on coordinate planes and axes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -4,8 +4,6 @@ A ball rolls straight on, with γ and p on principal axes, or spins upright abou
 move alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Parameters at the edge: a_i a_j → D, numbers of very different size, nearly equal numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 

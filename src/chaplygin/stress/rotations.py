@@ -1,7 +1,5 @@
 """Rotations by nearly π and 2π in one step: where logarithms and closed forms of exp have trouble."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

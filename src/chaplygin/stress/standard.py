@@ -1,7 +1,5 @@
 """The motions that all cases start from: generic numbers, in any dimension."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

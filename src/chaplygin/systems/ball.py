@@ -1,7 +1,5 @@
 """The ball with any momentum and any inertia operator, and the homogeneous one."""
 
-from __future__ import annotations
-
 import geomint as gi
 
 from ..ball.rolling_states import initial_attitude

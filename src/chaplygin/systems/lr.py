@@ -1,7 +1,5 @@
 """The Veselova problem for any r, with multipliers and reduced to the Stiefel variety."""
 
-from __future__ import annotations
-
 import geomint as gi
 
 from ..inertia import GeneralInertia

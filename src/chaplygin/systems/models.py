@@ -1,7 +1,5 @@
 """All representations of a ball from one initial state: what the systems of balls share."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What the keys of scene files are made of."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from typing import Annotated, Any

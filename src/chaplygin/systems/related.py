@@ -1,7 +1,5 @@
 """Geodesics of the ellipsoid, and the systems of Neumann and Clebsch on the sphere."""
 
-from __future__ import annotations
-
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem
 from .parameters import Number, Numbers, Strict, default_of, keys_of, system_of

@@ -1,7 +1,5 @@
 """The ball that rolls on a plane, with attitude, contact point and the reaction of the plane."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import geomint as gi

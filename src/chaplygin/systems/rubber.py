@@ -1,7 +1,5 @@
 """The rubber ball: no slip, and no turn about the vertical."""
 
-from __future__ import annotations
-
 import geomint as gi
 
 from ..ball.rolling_states import initial_attitude

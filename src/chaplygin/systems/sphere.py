@@ -1,7 +1,5 @@
 """The Chaplygin sphere without SO(n−1)-momentum, in time t and in time τ."""
 
-from __future__ import annotations
-
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere

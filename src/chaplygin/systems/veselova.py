@@ -1,7 +1,5 @@
 """The Veselova problem: reduced, Hamiltonised, and classical at any value of f₁."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Annotated
 

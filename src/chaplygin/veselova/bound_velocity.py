@@ -21,8 +21,6 @@ Parameters: c, then the entries of 𝓘 (see `operators`). One system of nr equa
 by LDLᵀ without pivots: O(n³r³).
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

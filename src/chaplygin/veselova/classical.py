@@ -20,8 +20,6 @@ The density of the measure is (γ⃗, Bγ⃗)^(−1/2) in (k⃗, γ⃗); it is (
 det 𝓘 (γ⃗, Bγ⃗) where |γ⃗| = 1.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

@@ -11,8 +11,6 @@ state. Here it acts on γ⃗ alone, and w⃗ is moved by translations.
 The density of the measure is (γ⃗, 𝓘⁻¹γ⃗)^(1/2).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

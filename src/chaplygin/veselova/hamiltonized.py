@@ -13,8 +13,6 @@ The Hamiltonian form is that of 𝓗̃ = 𝓗 − D² (γ, p̃)(γ, Ap̃), which
 (γ, ∂𝓗̃/∂p̃) is −D² (γ, Aγ)(γ, p̃) where |γ| = 1, the hidden constraint of the method is (γ, p̃) = 0.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Initial states of the Veselova problem, given by any of p, p̃, k, w."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -18,8 +18,6 @@ moved by translations.
 The density of the measure, in w on the constraint and the Haar measure of g, is det(pr_𝔡 𝓘|_𝔡)^(1/2).
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

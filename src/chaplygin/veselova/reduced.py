@@ -17,8 +17,6 @@ that not only (γ, γ), (γ, p), (p, p) but the energy ½⟨k, w⟩ too is kept 
 The measure has the density U^(−(n−2)/2), as that of the Chaplygin sphere.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

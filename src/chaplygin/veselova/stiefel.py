@@ -15,8 +15,6 @@ The density of the measure by the symplectic volume of T*V(n, r) is det(pr_𝔡 
 At r = 1 this is the system on T*S^(n−1) for *any* inertia operator, with γ = e_1 and p.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

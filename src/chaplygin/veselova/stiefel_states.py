@@ -1,7 +1,5 @@
 """States (X, P) of the Veselova problem on T*V(n, r), given by any of P, k, w."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ that it depends on, and returns a `Choice`. A plan never changes the answer: it 
 what the scene does not need. `run_methods` plans and runs one scene by one or several methods.
 """
 
-from __future__ import annotations
-
 import lazy_loader
 
 # A command imports what it plans, and no other.

@@ -1,7 +1,5 @@
 """The Lyapunov exponents of a scene: what is integrated for them, and how far."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..errors import FormError, SceneError, quoted

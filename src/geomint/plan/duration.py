@@ -6,8 +6,6 @@ nobody needs to know better. Beyond, the plan is carried out over the first tent
 compiled, with all that it watches.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

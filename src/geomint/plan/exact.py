@@ -1,7 +1,5 @@
 """The rule of the planner for the exact flow: states without stepping, where the scene allows it."""
 
-from __future__ import annotations
-
 import math
 
 from ..errors import GeomintError

@@ -1,7 +1,5 @@
 """The first turns of the motion of a scene, for the pictures with which its drift report opens."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Which representations a method can integrate: what run, drift, compare and stress choose by."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

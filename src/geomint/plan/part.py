@@ -1,7 +1,5 @@
 """The cheapest representation that has what is named: for sections and scans."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any

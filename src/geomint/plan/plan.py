@@ -1,7 +1,5 @@
 """Making plans, and carrying them out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike

@@ -1,7 +1,5 @@
 """The rule of the planner for the representation: the cheapest that delivers what is asked for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ..errors import DomainError, FormError

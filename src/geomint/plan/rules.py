@@ -1,7 +1,5 @@
 """The rules of the planner: small pure functions of what is asked and of the choices before."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """A scan: a scene with many values of its numbers, from many states, and what is read off all."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The Poincaré section of a scene: its event, what is integrated for it, and from which states."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One scene by one or several methods: each in the representation and at the step that suit it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial

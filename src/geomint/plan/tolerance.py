@@ -1,7 +1,5 @@
 """The step that a scene wants: given, or such that a tolerance is met at its end."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..arguments import Array

@@ -1,7 +1,5 @@
 """What a scene's commands compile, compiled ahead of them: they find it in the cache."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 

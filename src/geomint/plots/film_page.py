@@ -1,7 +1,5 @@
 """A film as a page that needs nothing but itself: all frames in it, with a button and a slider."""
 
-from __future__ import annotations
-
 import base64
 import json
 from collections.abc import Iterable

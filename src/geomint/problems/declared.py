@@ -4,8 +4,6 @@ Looked at a little later than a run starts: at rest, and where a force vanishes,
 Derivatives are exact, so that what is left is rounding, unless a sign or a term is wrong.
 """
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """Exact derivatives of a problem's functions at single states, by tangent numbers in plain Python."""
 
-from __future__ import annotations
-
 from typing import Any, Literal
 
 import numpy as np

@@ -7,8 +7,6 @@ an embedded manifold (``hamiltonian``), a sum of parts with known flows (``split
 `geomint.problems.forms`. A method states the form that it needs.
 """
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import functools

@@ -1,7 +1,5 @@
 """The time scale of a motion at a state, of which default steps are a fraction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The report of Lyapunov exponents: page, picture, the exponents over time as CSV, and JSON."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What to cite: the sources of a system and of a method, and the package."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from os import PathLike

@@ -11,8 +11,6 @@ long the one of the smaller steps. The order is the slope of the line of least s
 points, with its standard error.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

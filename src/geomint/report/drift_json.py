@@ -1,7 +1,5 @@
 """``drift.json``: the numbers of a drift report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

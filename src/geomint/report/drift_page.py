@@ -1,7 +1,5 @@
 """The drift report: ``report.html``, ``drift.json``, the picture, and what is for a paper."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ..plan import SeveralRuns

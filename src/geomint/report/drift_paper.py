@@ -1,7 +1,5 @@
 """What of a drift report is for a paper."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 

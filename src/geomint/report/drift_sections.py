@@ -4,8 +4,6 @@ A section is a function and a template of its name in ``templates/drift``. The f
 runs, one or several, and returns what the template shows; None leaves the section out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """The quantities of runs by kind, and what became of them in words."""
 
-from __future__ import annotations
-
 from ..plan import MethodRun, SeveralRuns
 from ..watch.quantities import KINDS, kind_of
 from .text import OUTCOMES, what_happened

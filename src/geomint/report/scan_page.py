@@ -1,7 +1,5 @@
 """The report of a scan: page, picture, a row for every member as CSV, and JSON."""
 
-from __future__ import annotations
-
 import csv
 from collections import Counter
 from functools import partial

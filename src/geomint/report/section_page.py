@@ -1,7 +1,5 @@
 """The report of a Poincaré section: page, picture, the points as CSV, and JSON."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Results on the terminal: drifts of runs, points of a comparison."""
 
-from __future__ import annotations
-
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Column, Table

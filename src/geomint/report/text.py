@@ -1,7 +1,5 @@
 """Numbers and sentences of reports."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

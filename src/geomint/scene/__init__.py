@@ -1,7 +1,5 @@
 """Scenes: what is integrated, from where, for how long, how, and what is watched."""
 
-from __future__ import annotations
-
 import lazy_loader
 
 # An unknown scene name is reported before anything that imports numpy.

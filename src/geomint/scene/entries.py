@@ -1,7 +1,5 @@
 """Lists of methods, each with a step of its own if it has one: ``cf-4,rk-4:0.01``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from ..arguments import positive

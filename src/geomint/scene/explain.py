@@ -1,7 +1,5 @@
 """Flaws that pydantic finds, in words: key path, value, expectation, and what was meant."""
 
-from __future__ import annotations
-
 import reprlib
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any

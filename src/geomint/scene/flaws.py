@@ -1,7 +1,5 @@
 """What is wrong with a scene, gathered, and what is left to be looked at in spite of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeVar
 

@@ -1,7 +1,5 @@
 """The content of a scene before it is checked: made plain, merged, changed for another use."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

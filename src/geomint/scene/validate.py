@@ -1,7 +1,5 @@
 """From raw content to a checked scene, or one `SceneError` that lists everything wrong with it."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """Variations of a scene: a parameter or an initial number with many values, and the models of all."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """What is wrong with a scene beside its system: names that no representation has, and the like."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 

@@ -4,8 +4,6 @@ A package registers under ``[project.entry-points."geomint.stress"]`` a function
 of `StressCase`. Every method that fits is run on every representation of every case.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points

@@ -3,8 +3,6 @@
 Compiled code does not hear signals, so only another process can stop it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import time

@@ -3,8 +3,6 @@
 The rules are `geomint.stress.rules.RULES`.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import time

@@ -1,7 +1,5 @@
 """geomint's own cases: all built-in scenes and all test problems."""
 
-from __future__ import annotations
-
 from ..problems import testproblems
 from . import state_cases, step_cases
 from .case import StressCase

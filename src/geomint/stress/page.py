@@ -1,7 +1,5 @@
 """The stress report: a page that opens from disk, the picture, and the numbers as JSON."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections import Counter

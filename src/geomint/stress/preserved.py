@@ -14,8 +14,6 @@ a ball that is nearly homogeneous on the orbits of rotations: the defect that wa
 ``"steady motions"`` is about motions, not about quantities: `geomint.stress.judge`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

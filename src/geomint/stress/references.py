@@ -1,7 +1,5 @@
 """How many cells of a sweep were judged by references, and how sure those are."""
 
-from __future__ import annotations
-
 import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -4,8 +4,6 @@ A kind makes such a state of another one. What a problem does not admit is proje
 `Problem.state` does it; where that is refused as well, there is none.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 

@@ -1,7 +1,5 @@
 """Special states of all built-in scenes and test problems, and states at a distance from them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from functools import partial
 

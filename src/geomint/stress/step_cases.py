@@ -1,7 +1,5 @@
 """All built-in scenes and all test problems, at steps of all sizes."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """All cells: every case, in every representation, by every method that fits."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import time

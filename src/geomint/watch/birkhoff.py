@@ -8,8 +8,6 @@ E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111). Along a chaotic motion not
 (E. Sander, J. D. Meiss, Physica D 411 (2020) 132569).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Jumps and oscillations hide each other, so both are looked for twice. Neither is
 what is wrong with them looks like a trend: that is the systematic error of the rise.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -9,8 +9,6 @@ some 1/T: far below the 1/T of a Fourier transform.
 Source: J. Laskar, *Frequency analysis for multi-dimensional systems* (1993), Physica D 67.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Recorded functions of the state, watched together: one sweep over the states that are sampled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Self, TypeVar

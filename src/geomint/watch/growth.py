@@ -54,8 +54,6 @@ if that is more.
 Measured on synthetic series: see `benchmarks/drift_classes.py`.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

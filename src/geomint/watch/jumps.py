@@ -9,8 +9,6 @@ In a noise that hides it from its neighbours a jump is the step that fits best, 
 wanders any more (`best_step`); that is for the caller to see.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kinds of quantities: how reports group what is watched."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 __all__ = ["KINDS", "Kind"]

@@ -25,8 +25,6 @@ the run: the scale of the quantity is made so that 32 ε × scale is that (plus 
 states does).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

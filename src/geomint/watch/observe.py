@@ -1,7 +1,5 @@
 """What is watched along a run: chosen by name, and reduced to windows on the fly."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import FunctionType
 from typing import Any

@@ -9,8 +9,6 @@ random walk, whose amplitudes fall as the frequency grows, has none. Those of th
 first; frequencies are refined by Gauss's and Newton's method.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -11,8 +11,6 @@ grows most, is fitted as well as the last. Windows follow each other, and so do 
 that of b comes from samples of the members, drawn with replacement (B. Efron).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

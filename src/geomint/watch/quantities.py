@@ -1,7 +1,5 @@
 """Names of quantities: what they stand for, their groups, and their kinds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from ..errors import DomainError, nearest

@@ -4,8 +4,6 @@ A package registers under ``[project.entry-points."geomint.watchers"]`` a class 
 `geomint.Watcher`, or one of its values, for every name.
 """
 
-from __future__ import annotations
-
 import functools
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any

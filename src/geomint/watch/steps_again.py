@@ -1,7 +1,5 @@
 """Watchers that take every step once more, with directions tangent to the manifold of states."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

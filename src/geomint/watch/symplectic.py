@@ -10,8 +10,6 @@ The form is that of the problem (`geomint.SymplecticForm`). The noise of the ins
 step: rounding of DΦ − 1, of the form and of tangent spaces at rounded states.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

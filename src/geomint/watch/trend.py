@@ -7,8 +7,6 @@ shapes beside it: of the greatest likelihood over a grid of w/a. Standard errors
 among those w/a that are likelier than e^−1.5 times the likeliest.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

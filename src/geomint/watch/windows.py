@@ -1,7 +1,5 @@
 """Statistics of long series in windows, in memory that does not grow with their length."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -6,8 +6,6 @@ warning that says by how much. A flat state that was made elsewhere is only repa
 larger one is an error. Defects of vectors are relative to their length: any scale is served.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
