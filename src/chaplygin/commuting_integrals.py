@@ -22,8 +22,6 @@ import geomint as gi
 
 from .manifold import Array
 
-__all__ = ["coefficient_tables", "table", "table_rows", "tabulated", "weighted_minors"]
-
 Table = namedtuple("Table", "d c")
 
 # n above which there are no tables: those of all coefficients have n³/2 numbers, 256 MB at n = 400, and

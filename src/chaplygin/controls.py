@@ -32,8 +32,6 @@ import geomint as gi
 from .inertia import GeneralInertia, SpecialInertia
 from .manifold import Array, flat_triangle, skew_components
 
-__all__ = ["MultiplierDefects", "almost_poisson_tensor", "multiplier_defects"]
-
 RANK = 1e-9  # singular values of Π below this part of the largest are zero
 STEP = 1e-30  # of complex steps, whose derivatives are exact
 

@@ -6,8 +6,6 @@ import geomint as gi
 
 from .manifold import Array, skew_matrix
 
-__all__ = ["converted"]
-
 CARRIED = ("g", "r")  # what reductions forget
 
 

@@ -12,8 +12,6 @@ import geomint as gi
 from .inertia import GeneralInertia, SpecialInertia
 from .manifold import Array
 
-__all__ = ["operator_applied", "operator_entries"]
-
 
 def operator_entries(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Array]:
     """Return whether the operator is stored as a matrix, and its entries."""

@@ -28,8 +28,6 @@ from .commuting_integrals import coefficient_tables
 from .inertia import positive_vector
 from .manifold import Array
 
-__all__ = ["Spheroconical", "SpheroconicalPoint", "ascending_gaps"]
-
 ITERATIONS = 200  # of Newton's method; it takes 5 to 10
 ROUNDING = 2.0**-51  # of a step over the root: the last
 

@@ -21,17 +21,6 @@ from ..manifold import Array, skew_components
 from ..operators import operator_entries
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 
-__all__ = [
-    "BallForms",
-    "ball_forms",
-    "ball_parameters",
-    "ball_work",
-    "opposite",
-    "turn",
-    "turn_vectors",
-    "turning_forms",
-]
-
 Ball = namedtuple("Ball", "omega rho m inertia k0")
 
 

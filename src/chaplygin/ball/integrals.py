@@ -14,8 +14,6 @@ from geomint.problems.spaces.sphere import product
 
 from .angular_velocity import about_vertical
 
-__all__ = ["BallIntegrals", "ball_integrals"]
-
 
 class BallIntegrals(NamedTuple):
     """Integrals by name, and the momentum in space."""

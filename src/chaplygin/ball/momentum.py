@@ -26,8 +26,6 @@ from .integrals import ball_integrals
 from .path import integrated_path
 from .rolling_states import initial_attitude
 
-__all__ = ["ball_problem", "cotangent_problem"]
-
 
 def ball_problem(
     inertia: SpecialInertia | GeneralInertia, D: float, attitude: bool = False, k0: Any = None

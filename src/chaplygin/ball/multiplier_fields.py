@@ -14,8 +14,6 @@ from .angular_velocity import apply_to_gamma
 from .fields import opposite, turn_vectors
 from .rolling_dynamics import RollingDynamics, rolled
 
-__all__ = ["multiplier_fields", "rolling_conditions", "rolling_space"]
-
 
 def rolling_space(n: int) -> gi.Space:
     """Return SO(n) × R^(n−1) with velocities: (g, r, ω, v)."""

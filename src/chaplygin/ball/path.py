@@ -15,8 +15,6 @@ import geomint as gi
 from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array, upright, vector_of_triangle
 
-__all__ = ["carried_path", "integrated_path"]
-
 KNOWN = 0.02  # of a radius, or of the length of the path: what a picture may be wrong by
 
 Path = Callable[[Array, Array], gi.BodyPath]

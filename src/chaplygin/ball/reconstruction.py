@@ -23,8 +23,6 @@ from geomint.arguments import as_array
 from ..conversion import converted
 from ..manifold import Array, skew_matrix
 
-__all__ = ["RolledPath", "geometric_phase", "rolled_path"]
-
 DEGREE = 7
 NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])  # of Gauss
 

@@ -26,14 +26,6 @@ from ..operators import operator_applied
 from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
 from .fields import turn
 
-__all__ = [
-    "RollingDynamics",
-    "contact_observables",
-    "rolled",
-    "rolling_dynamics",
-    "rolling_work",
-]
-
 
 def rolling_work(omega: Any, n: int) -> int:
     """Rows of scratch that the functions of both forms need."""

@@ -22,18 +22,6 @@ from ..manifold import (
     wedge,
 )
 
-__all__ = [
-    "admit_velocity",
-    "admit_vertical",
-    "initial_attitude",
-    "initial_position",
-    "initial_rolling",
-    "mass_and_radius",
-    "momentum_inverted",
-    "rolling_scale",
-    "rolling_velocity",
-]
-
 Inertia = SpecialInertia | GeneralInertia
 
 

@@ -19,8 +19,6 @@ from .reduced import reduced_problem
 from .rolling import rolling_problem
 from .rolling_states import mass_and_radius
 
-__all__ = ["ChaplyginSphere"]
-
 
 @dataclass(frozen=True, init=False, eq=False)
 class ChaplyginSphere:

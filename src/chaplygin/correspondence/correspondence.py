@@ -10,8 +10,6 @@ import geomint as gi
 
 from ..manifold import Array
 
-__all__ = ["Correspondence"]
-
 SPACING = 2.0**-10  # of the differences of order 8: their error is below 1e-13 for smooth maps
 # Weights of f(x + kh) − f(x − kh), k = 1 … 4, in the derivative of order 8.
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)

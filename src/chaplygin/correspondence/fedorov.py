@@ -18,8 +18,6 @@ from ..inertia import SpecialInertia, positive_vector
 from ..manifold import Array
 from ..veselova.body import Veselova, veselova_factors
 
-__all__ = ["fedorov_ball", "fedorov_body", "fedorov_constants", "fedorov_state"]
-
 
 def fedorov_body(sphere: ChaplyginSphere) -> Veselova:
     """Return the body with the moments 𝓘 = 1 + D/I of a ball in principal axes, n = 3."""

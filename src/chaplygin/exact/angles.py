@@ -9,8 +9,6 @@ from ..spheroconical import ascending_gaps
 from .symmetry import TINY, ReducedAxes
 from .torus import Torus, distances, products_without_one
 
-__all__ = ["component_signs", "linear_angles", "theta_of"]
-
 
 def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) -> Array:
     """Return θ_k in [−π, π] from components, both sine and cosine, shape (d,)."""

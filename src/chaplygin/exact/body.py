@@ -25,8 +25,6 @@ from .classical import BallFlow, ExactBall
 from .separated_energy import SeparatedEnergy
 from .torus import frequencies_on
 
-__all__ = ["ExactBody"]
-
 STATES = 12  # on the torus, from which x and y are computed
 TOLERANCE = 1e-6  # of the velocities
 SMALLEST = 1e-16  # of singular values

@@ -30,8 +30,6 @@ from .real_roots import real_roots
 from .symmetry import ReducedAxes
 from .whole_numbers import BITS, double_double, root_of_quotient
 
-__all__ = ["Oval", "Separation", "separation_of"]
-
 MOST_BITS = 1400
 SPARE = 112  # bits of every distance
 NEAREST = 1e-64  # points, over their size: nearer ones count as one

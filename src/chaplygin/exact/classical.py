@@ -14,8 +14,6 @@ from .flow import ExactFlow
 from .separated_energy import SeparatedEnergy
 from .symmetry import power_of_two, unit_of
 
-__all__ = ["BallFlow", "ExactBall"]
-
 
 class BallFlow(ExactFlow):
     """A motion whose dt/dτ is a function of the state (k⃗, γ⃗), with the signs of its components."""

@@ -25,8 +25,6 @@ from ..manifold import Array
 from .clock_functions import clock_rows, wave_rows
 from .torus import Torus
 
-__all__ = ["QUIET", "Clock", "Sampled", "packed_clock", "refuse_slow", "sampled_clock"]
-
 QUIET = 6e-17  # of the mean: Fourier coefficients that are left out
 DECAYED = 4e-16  # of the mean: coefficients at the edge of a grid
 TOO_LARGE = 1e-9  # of the mean: an error of dt/dτ that is refused

@@ -33,8 +33,6 @@ from .separated_energy import SeparatedEnergy
 from .symmetry import power_of_two, reduced_axes
 from .torus import torus_of
 
-__all__ = ["ExactFlow"]
-
 MISSED = 1e-12  # of the state, by its torus
 
 

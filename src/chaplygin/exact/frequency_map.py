@@ -23,15 +23,6 @@ from ..manifold import Array
 from .flow import ExactFlow
 from .torus import distances
 
-__all__ = [
-    "FrequencyMap",
-    "action_variables",
-    "critical_energies",
-    "discriminant",
-    "frequency_map",
-    "resonances",
-]
-
 MANY = 10**7  # combinations of whole numbers that are tried
 POINTS = 512  # of the trapezoidal rule for actions
 

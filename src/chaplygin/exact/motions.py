@@ -8,8 +8,6 @@ import numpy as np
 from ..inertia import SpecialInertia
 from ..manifold import Array
 
-__all__ = ["exact_ball", "exact_body", "exact_sphere", "exact_turn", "exact_veselova"]
-
 
 def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
     """Return y0 ↦ the exact motion of the sphere with the special operator.

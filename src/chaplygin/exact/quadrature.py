@@ -13,8 +13,6 @@ from .clock import Clock
 from .clock_functions import time_at
 from .packing import evaluated
 
-__all__ = ["LEFT", "Quadrature", "finite_times", "refuse_left_over"]
-
 LEFT = 1e-9  # of an iteration's last step: more is a failure
 
 

@@ -21,8 +21,6 @@ from ..manifold import PARALLEL, Array, upright
 from .classical import ExactBall
 from .numbers import MadeOfNumbers
 
-__all__ = ["ContactPath", "attitude"]
-
 
 def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
     """Return the attitudes g(t) along a motion (k⃗(t), γ⃗(t)) of the ball in R³.

@@ -41,8 +41,6 @@ from .periods import Periods, periods_of
 from .rates import Rates, rates_of
 from .separated_energy import SeparatedEnergy
 
-__all__ = ["Torus", "distances", "frequencies_on", "products_without_one", "torus_of"]
-
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
 
 

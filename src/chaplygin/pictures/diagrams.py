@@ -10,8 +10,6 @@ from ..exact.frequency_map import critical_energies, discriminant, frequency_map
 from ..manifold import Array
 from .motion import COLOURS
 
-__all__ = ["draw_bifurcations", "draw_rotation_numbers"]
-
 GRID = 400
 
 

@@ -23,17 +23,6 @@ if TYPE_CHECKING:
     from ..exact.flow import ExactFlow
     from ..exact.reconstruction import ContactPath
 
-__all__ = [
-    "COLOURS",
-    "draw_contact_point",
-    "draw_separation",
-    "draw_torus",
-    "draw_vertical",
-    "motion_figure",
-    "motion_panels",
-    "sampled",
-]
-
 # Okabe and Ito's: colour-blind readers distinguish them.
 COLOURS = {"blue": "#0072b2", "orange": "#d55e00", "green": "#009e73", "grey": "#999999"}
 TURNS = 40.0  # of the fastest angle, in figures of trajectories

@@ -24,8 +24,6 @@ from ..veselova.body import Veselova
 from ..veselova.stiefel import stiefel_problem
 from .rolling import rubber_rolling_problem
 
-__all__ = ["RubberSphere"]
-
 
 @dataclass(frozen=True, init=False, eq=False)
 class RubberSphere:

@@ -19,8 +19,6 @@ from .lr import lr_problem
 from .reduced import veselova_reduced_problem
 from .stiefel import frame_count, stiefel_problem
 
-__all__ = ["Veselova", "VeselovaLR", "veselova_factors"]
-
 
 @dataclass(frozen=True, init=False, eq=False)
 class Veselova:

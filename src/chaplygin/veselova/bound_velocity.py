@@ -35,8 +35,6 @@ from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
 
-__all__ = ["BOUND", "bound_parameters", "bound_velocity", "bound_work", "log_determinant"]
-
 Bound = namedtuple("Bound", "c inertia")
 BOUND = Bound(c=1, inertia=gi.REST)  # the layout of the parameters
 

@@ -19,16 +19,6 @@ from ..manifold import (
     wedge,
 )
 
-__all__ = [
-    "allowed_basis",
-    "allowed_part",
-    "bound_solution",
-    "initial_bound",
-    "initial_stiefel",
-    "momenta",
-    "only_allowed",
-]
-
 Inertia = SpecialInertia | GeneralInertia
 
 

@@ -14,8 +14,6 @@ from ..problems.systems import Lift, Model, Reduction
 from ..scene.model import Content
 from ..scene.scene import Scene
 
-__all__ = ["Asked", "Choice", "Purpose", "Route", "Saving"]
-
 Purpose = Literal["run", "drift"]
 T = TypeVar("T")
 

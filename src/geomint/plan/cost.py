@@ -19,8 +19,6 @@ from ..problems.declaration import check_form
 from ..problems.forms import GroupAction, Hamiltonian, Splitting
 from ..problems.problem import Problem
 
-__all__ = ["Cost", "cost_of"]
-
 
 class Cost(NamedTuple):
     """Numbers of the state, and operations of one evaluation of the form that a method needs."""

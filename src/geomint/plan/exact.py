@@ -11,8 +11,6 @@ from ..scene.scene import Scene
 from .choice import Asked, Choice, Route
 from .representation import missing_events
 
-__all__ = ["choose_exact", "exact_timeline", "follow_exactly"]
-
 
 def choose_exact(c: Asked) -> Choice[Route | None] | None:
     """Take the exact flow if the scene allows it, and asks for sampled states alone."""

@@ -8,8 +8,6 @@ from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
 
-__all__ = ["obstacles", "representation_for", "unfit"]
-
 
 def unfit(problem: Problem, method: Method, end: Mapping[str, Any]) -> str:
     """Return why a method cannot integrate a problem to an end, or an empty string.

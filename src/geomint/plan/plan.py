@@ -22,8 +22,6 @@ from .exact import choose_exact, exact_timeline, follow_exactly
 from .representation import choose_representation, told_representation
 from .tolerance import chosen_for
 
-__all__ = ["Plan", "make_plan", "run_scene"]
-
 PURPOSES = ("run", "drift")
 
 

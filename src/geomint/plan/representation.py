@@ -12,15 +12,6 @@ from .choice import Asked, Choice, Route
 from .cost import Cost, cost_of
 from .fitting import obstacles, unfit
 
-__all__ = [
-    "choose_representation",
-    "has",
-    "missing_events",
-    "missing_quantities",
-    "told_representation",
-    "wanted_watchers",
-]
-
 _TIME = {"t": "physical time t", "tau": "its own time τ"}
 
 

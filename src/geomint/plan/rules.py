@@ -18,20 +18,6 @@ from .choice import Asked, Choice, Route, Saving
 from .representation import missing_quantities, wanted_watchers
 from .tolerance import told_accuracy
 
-__all__ = [
-    "choose_clock",
-    "choose_events",
-    "choose_method",
-    "choose_missing",
-    "choose_quantities",
-    "choose_states",
-    "choose_step",
-    "choose_steps",
-    "estimate_evaluations",
-    "timeline_of",
-    "watchers_of",
-]
-
 _PROBE_STEPS = 4
 _PROBE_ROWS = 64
 

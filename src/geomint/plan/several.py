@@ -18,8 +18,6 @@ from ..watch.growth import NOT_FINITE
 from .first_turns import FirstTurns, first_turns
 from .plan import Plan, make_plan
 
-__all__ = ["MethodRun", "SeveralRuns", "common_notes", "expected_plans", "run_methods", "run_plan"]
-
 
 @dataclass(frozen=True)
 class MethodRun:

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_means", "draw_sizes", "drift_figure", "grid_figure", "panel_figure"]
-
 HUGE = 1e307  # differences of larger numbers overflow
 
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]

@@ -10,8 +10,6 @@ from .declaration import check_problem
 from .evaluate import derivative, value
 from .problem import Problem
 
-__all__ = ["off_base", "stretches_fibre"]
-
 AGREES = {"field": 1e-10, "action": 1e-6}  # of the rates: those of actions are difference quotients
 AWAY, LATER = 0.1, 0.7  # to a second state, of each piece, and to a second time
 TINY = 1e-290

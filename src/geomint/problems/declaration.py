@@ -27,18 +27,6 @@ from .problem import Problem
 from .two_form import SymplecticForm
 from .watched_call import watched_call
 
-__all__ = [
-    "Kept",
-    "check_form",
-    "check_problem",
-    "check_value",
-    "functions_of",
-    "is_new",
-    "kept_with",
-    "remember",
-    "unshared",
-]
-
 T = TypeVar("T")
 MOST = 64  # things that a problem keeps
 FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds

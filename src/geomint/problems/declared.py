@@ -21,8 +21,6 @@ from .problem import Problem
 from .spaces.conditions import differences
 from .time_scale import jacobian as by_differences
 
-__all__ = ["claims_kept", "false_claims", "tell_false_claims"]
-
 LATER = 1e-3  # of the shortest time of the motion: states stay on their manifold to its cube
 SLOPE = 1e-5  # of sizes: over which differences are taken of what has no tangent numbers
 OFF = 1e-6  # of the terms that should cancel

@@ -14,8 +14,6 @@ from .evaluate import at_state, observable_of
 from .problem import Problem
 from .watched_call import unwatched_call
 
-__all__ = ["gradient", "jacobian", "slopes_of"]
-
 By = Literal["state", "parameters"]
 
 

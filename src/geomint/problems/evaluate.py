@@ -31,21 +31,6 @@ from .problem import Problem
 from .spaces.repair import length, repaired
 from .watched_call import unwatched_call
 
-__all__ = [
-    "Rate",
-    "at_state",
-    "derivative",
-    "observable_of",
-    "on_constraints",
-    "rates_of",
-    "rounding_scale",
-    "scales_of",
-    "states_around",
-    "value",
-    "value_of",
-    "vector",
-]
-
 Rate = Callable[[Problem, Array, float], Array]
 Value = Callable[[Array, float], float]
 SPACING, TINY = 1e-5, 1e-300  # of sizes: over which velocities of constraints change

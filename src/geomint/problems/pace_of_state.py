@@ -21,8 +21,6 @@ from .problem import Problem
 from .spaces.repair import length
 from .time_scale import characteristic_time
 
-__all__ = ["pace", "pace_parameters"]
-
 # Of v² at y0. Where the motion nearly rests steps end at 2^(12.5) times those at y0.
 SLOWEST = 2.0**-40
 

@@ -18,8 +18,6 @@ from ..kernels.numbers.watched import Fresh, Given
 from ..kernels.solve.sample import sampler
 from .watched_call import watched_call
 
-__all__ = ["pointwise"]
-
 _fitting: set[tuple[str, int, int, int, int]] = set()
 BATCH = 4096  # points of one call, between which Ctrl-C is seen
 

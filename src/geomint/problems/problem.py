@@ -39,8 +39,6 @@ from .spaces.space import Space
 from .two_form import SymplecticForm
 from .units import unit_among
 
-__all__ = ["Problem", "Time"]
-
 Time = Literal["t", "tau"]
 
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that

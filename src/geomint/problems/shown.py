@@ -7,8 +7,6 @@ from typing import Any
 
 from ..errors import printable, quoted, shortened
 
-__all__ = ["Shown", "table"]
-
 WIDTH = 80  # columns
 LONGEST = 200  # characters of a fact
 MOST = 8  # facts in a text; a table has all

@@ -30,8 +30,6 @@ from .pace_of_state import pace, pace_parameters
 from .problem import Problem
 from .time_scale import PARTS, names_time
 
-__all__ = ["time_transformed"]
-
 SPEED = "speed"
 
 

@@ -11,8 +11,6 @@ from importlib.metadata import entry_points
 from ..errors import DomainError
 from ..problems.systems import Model
 
-__all__ = ["Rescaled", "StressAxis", "StressCase", "stress_cases"]
-
 
 @dataclass(frozen=True)
 class StressAxis:

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-__all__ = ["Outcome", "guarded"]
-
 COMPILE_SECONDS = 600.0  # compilations are not what is judged, but they must end too
 LEAVING = 60.0  # seconds that a process with much memory may take to end
 _TICK = 0.2

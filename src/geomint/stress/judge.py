@@ -32,8 +32,6 @@ from ..watch.drift import ROUNDOFF
 from .known_end import KnownEnd, condition_of, field_rounding, known_end, separation_time
 from .preserved import Quantities
 
-__all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "forbidden", "judge"]
-
 ALLOWED = ("ok", "unresolved", "failed", "refused")
 FORBIDDEN = ("wrong", "untyped", "hung")
 VERDICTS = ALLOWED + FORBIDDEN

@@ -27,14 +27,6 @@ from ..problems.evaluate import derivative
 from ..problems.problem import Problem
 from ..watch.drift import ROUNDOFF
 
-__all__ = [
-    "KnownEnd",
-    "condition_of",
-    "field_rounding",
-    "known_end",
-    "separation_time",
-]
-
 Named = dict[str, Array]
 SHIFTS = (2.0**-26, 2.0**-40)
 LINEAR = 0.1  # differences up to this are taken to be proportional to the shift

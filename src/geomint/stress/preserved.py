@@ -29,8 +29,6 @@ from ..problems.deviation import sizes_of
 from ..problems.evaluate import value
 from ..problems.problem import Problem
 
-__all__ = ["Quantities"]
-
 SAMPLES = 3
 FEW = 40  # numbers in a state up to which its functions run in plain Python
 MANY = 300  # numbers in a state from which on their effects are sampled, not summed

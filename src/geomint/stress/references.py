@@ -6,8 +6,6 @@ from typing import Any
 
 from .judge import Cell
 
-__all__ = ["references_in_words", "references_of"]
-
 
 def references_of(cells: Sequence[Cell]) -> dict[str, Any]:
     """Return what ``stress.json`` says of references.

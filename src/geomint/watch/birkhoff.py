@@ -17,8 +17,6 @@ import numpy as np
 from ..arguments import Array, as_array, positive
 from ..errors import DomainError
 
-__all__ = ["Average", "birkhoff_average", "rotation_number", "times_power_of_two"]
-
 FEWEST, ENOUGH = 16, 1000  # samples for an average, and to call a motion chaotic
 DIGITS = 16.0  # more than float64 has are not told
 # Digits beyond those of √N: from which on, up to which; those that four times as many samples bring.

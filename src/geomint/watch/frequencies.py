@@ -20,8 +20,6 @@ from ..arguments import as_array, positive, whole
 from ..errors import DomainError
 from .birkhoff import times_power_of_two
 
-__all__ = ["Term", "frequencies"]
-
 Array = npt.NDArray[Any]
 FEWEST = 16  # samples
 LARGEST_ORDER = 100  # of a window: beyond, nothing but its middle is left

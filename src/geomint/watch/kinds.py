@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-__all__ = ["KINDS", "Kind"]
-
 
 class Kind(NamedTuple):
     """What headings call all quantities of a kind, and what tables call one of them."""

@@ -45,8 +45,6 @@ from .drift import ROUNDOFF
 from .steps_again import StepsAgain
 from .watcher import Run
 
-__all__ = ["InvariantMeasure"]
-
 DEVIATIONS = 4.0  # a random walk leaves them behind in one of 8000 runs
 NOISE = 4.0  # times the level of its noise: how large a random walk of the sum may be just that
 

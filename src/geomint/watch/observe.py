@@ -17,8 +17,6 @@ from .quantities import GROUPS, expanded, watcher_of
 from .registry import checked_watcher
 from .watcher import Run, Seen, Watcher
 
-__all__ = ["Observers", "choose_watchers"]
-
 
 def choose_watchers(problem: Problem, wanted: Any) -> dict[str, Watcher]:
     """Return the watchers that `wanted` asks for, by name.

@@ -17,8 +17,6 @@ import numpy as np
 
 from ..arguments import Array
 
-__all__ = ["CURVED", "LEVELS", "FoundGrowth", "class_of_exponent", "growth_over_members"]
-
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of the quantiles over members
 DRAWN = 400  # samples of members
 GROUPS = 2048  # of more members, groups are drawn: as many means as tell a variance

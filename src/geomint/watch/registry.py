@@ -15,8 +15,6 @@ from .measure import InvariantMeasure
 from .symplectic import SymplecticDefect
 from .watcher import Watcher
 
-__all__ = ["OWN", "checked_watcher", "plugged", "registered"]
-
 # What problems have beside their functions: the group ``"all"`` means these as well.
 OWN: dict[str, Watcher] = {w.name: w for w in (InvariantMeasure(), SymplecticDefect())}
 

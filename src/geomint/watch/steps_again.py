@@ -12,8 +12,6 @@ from ..methods.stepper import Stepper
 from ..problems.problem import Problem
 from .watcher import Run, Watcher
 
-__all__ = ["StepsAgain"]
-
 BATCH = 1024  # steps of one call, between which Ctrl-C is seen
 
 

@@ -26,8 +26,6 @@ from ..problems.two_form import SymplecticForm
 from .drift import ROUNDOFF
 from .steps_again import StepsAgain
 
-__all__ = ["SymplecticDefect"]
-
 EPSILON = 2.0**-52
 NOISE, OFF, ANEW = 6.0, 2.0, 8.0  # roundings: of ‖D‖, of each condition's, of a form that varies
 

@@ -24,8 +24,6 @@ from ..problems.two_form import SymplecticForm
 from .drift import Drift, drift_of_run, walk_level
 from .windows import Series
 
-__all__ = ["Run", "Seen", "Watch", "Watcher"]
-
 
 @dataclass(frozen=True)
 class Run:

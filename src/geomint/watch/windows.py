@@ -8,8 +8,6 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
-__all__ = ["MAX_WINDOWS", "NOTHING", "Series", "Windows"]
-
 MAX_WINDOWS = 1024
 NOTHING = np.zeros((2, 0))  # after the last full window
 
