@@ -29,7 +29,7 @@ import numpy as np
 
 import geomint as gi
 
-from .inertia import GeneralInertia, SpecialInertia
+from .inertia import Inertia
 from .manifold import Array, flat_triangle, skew_components
 
 RANK = 1e-9  # singular values of Π below this part of the largest are zero
@@ -58,7 +58,7 @@ class MultiplierDefects:
     dimension: int
 
 
-def almost_poisson_tensor(inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> Array:
+def almost_poisson_tensor(inertia: Inertia, D: float, y: Array) -> Array:
     """Return Π at y = (k, γ), shape (N + n, N + n), y of any dtype; y′ = Π ∂H/∂y is the ball."""
     n = inertia.n
     size = n * (n - 1) // 2
@@ -73,9 +73,7 @@ def almost_poisson_tensor(inertia: SpecialInertia | GeneralInertia, D: float, y:
     return np.array(columns).T
 
 
-def multiplier_defects(
-    inertia: SpecialInertia | GeneralInertia, D: float, gamma: Any, k: Any
-) -> MultiplierDefects:
+def multiplier_defects(inertia: Inertia, D: float, gamma: Any, k: Any) -> MultiplierDefects:
     """Return how far the ball at a state is from having Chaplygin's multiplier.
 
     Parameters
@@ -129,7 +127,7 @@ def _wedge(x: Array, y: Array) -> Array:
     return np.outer(x, y) - np.outer(y, x)
 
 
-def _metric(inertia: SpecialInertia | GeneralInertia, D: float, gamma: Array) -> Array:
+def _metric(inertia: Inertia, D: float, gamma: Array) -> Array:
     """Return the matrix of I + D pr, pr ω = ωγγᵀ + γγᵀω."""
     n = inertia.n
     shadow = np.outer(gamma, gamma)
@@ -140,6 +138,6 @@ def _metric(inertia: SpecialInertia | GeneralInertia, D: float, gamma: Array) ->
     return np.array(columns).T
 
 
-def _omega(inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> Array:
+def _omega(inertia: Inertia, D: float, y: Array) -> Array:
     n = inertia.n
     return np.asarray(np.linalg.solve(_metric(inertia, D, y[-n:]), y[:-n]))

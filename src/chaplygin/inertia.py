@@ -15,6 +15,7 @@ from .manifold import Array, flat_triangle, skew_matrix
 
 __all__ = [
     "GeneralInertia",
+    "Inertia",
     "SpecialInertia",
     "angular_momentum",
     "operator_parameters",
@@ -322,6 +323,9 @@ class GeneralInertia:
         return np.asarray(self.matrix @ omega)
 
 
+Inertia = SpecialInertia | GeneralInertia
+
+
 def _merged(a: Array) -> Array:
     """Return a with values equal to round-off made equal: equal axes have integrals of their own."""
     result = a.copy()
@@ -338,21 +342,19 @@ def _three(values: Array) -> Array:
     return values
 
 
-def angular_momentum(
-    inertia: SpecialInertia | GeneralInertia, D: float, gamma: Array, omega: Array
-) -> Array:
+def angular_momentum(inertia: Inertia, D: float, gamma: Array, omega: Array) -> Array:
     """Return the flat triangle of k = Iω + D(ωγγᵀ + γγᵀω), eq. (K)."""
     full = skew_matrix(omega, inertia.n)
     v = full @ gamma
     return inertia.apply(omega) + D * flat_triangle(np.outer(v, gamma) - np.outer(gamma, v))
 
 
-def parameters_of(inertia: SpecialInertia | GeneralInertia, D: float) -> dict[str, Any]:
+def parameters_of(inertia: Inertia, D: float) -> dict[str, Any]:
     """Return the parameters of a ball by name, for reports."""
     return {**operator_parameters(inertia), "D": D}
 
 
-def operator_parameters(inertia: SpecialInertia | GeneralInertia) -> dict[str, Any]:
+def operator_parameters(inertia: Inertia) -> dict[str, Any]:
     """Return the parameters of an operator by name, for reports."""
     if isinstance(inertia, SpecialInertia):
         return {"a": inertia.a.tolist(), "D": inertia.D}

@@ -6,7 +6,7 @@ import numpy as np
 
 import geomint as gi
 
-from .inertia import GeneralInertia, SpecialInertia, angular_momentum
+from .inertia import Inertia, SpecialInertia, angular_momentum
 from .manifold import (
     REPAIRED,
     SILENT,
@@ -20,7 +20,6 @@ from .manifold import (
 
 __all__ = ["given_tangent", "initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
-Inertia = SpecialInertia | GeneralInertia
 TANGENT = ("p", "p_tilde")
 KEYS = (*TANGENT, "k", "omega")
 FITTING = {  # which other system takes what this one refuses

@@ -9,11 +9,11 @@ from typing import Any
 
 import geomint as gi
 
-from .inertia import GeneralInertia, SpecialInertia
+from .inertia import GeneralInertia, Inertia
 from .manifold import Array
 
 
-def operator_entries(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Array]:
+def operator_entries(inertia: Inertia) -> tuple[bool, Array]:
     """Return whether the operator is stored as a matrix, and its entries."""
     if inertia.diagonal is not None:
         return False, inertia.diagonal

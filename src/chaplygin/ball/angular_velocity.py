@@ -36,7 +36,7 @@ import numpy as np
 import geomint as gi
 from geomint import log, part, section
 
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import Inertia, SpecialInertia
 from ..integrable import inner, weighted
 from ..manifold import Array
 
@@ -55,7 +55,7 @@ GENERAL = Operator(D=1, a=0, b=0, C=gi.REST)  # the layout of the parameters; se
 SPREAD = 4.0  # largest a_i/a_j up to which the formula in O(n²) is accurate enough
 
 
-def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Array]:
+def omega_for(inertia: Inertia, D: float) -> tuple[Any, Array]:
     """Return the function that writes ω for that operator, and its parameters."""
     if isinstance(inertia, SpecialInertia):
         a, C = inertia.a, 1.0 / inertia.diagonal

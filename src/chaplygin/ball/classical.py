@@ -25,7 +25,7 @@ from geomint.arguments import switch
 from geomint.problems.spaces.sphere import product as product_of
 
 from ..exact.motions import exact_ball
-from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..inertia import Inertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import CLASSICAL_BALL
 from ..manifold import (
@@ -175,7 +175,7 @@ def routh_integral(axis: int) -> Any:
     return gi.observable(routh)
 
 
-def inertia_tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
+def inertia_tensor(inertia: Inertia) -> Array:
     """Return the inertia tensor of an operator on so(3), shape (3, 3)."""
     if isinstance(inertia, SpecialInertia):
         return np.diag(inertia.moments)
@@ -202,7 +202,7 @@ def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Any]:
 
 
 def classical_problem(
-    inertia: SpecialInertia | GeneralInertia, D: float, attitude: bool = False, k0: Any = None
+    inertia: Inertia, D: float, attitude: bool = False, k0: Any = None
 ) -> gi.Problem:
     """Return the classical ball of a sphere with n = 3.
 

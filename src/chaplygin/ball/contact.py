@@ -18,7 +18,7 @@ import numpy as np
 import geomint as gi
 from geomint import part, section, sqrt
 
-from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..inertia import Inertia, parameters_of
 from ..literature import BALL
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, opposite, turn
@@ -85,9 +85,7 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
     }
 
 
-def contact_problem(
-    inertia: SpecialInertia | GeneralInertia, m: Any, rho: Any, k0: Any = None
-) -> gi.Problem:
+def contact_problem(inertia: Inertia, m: Any, rho: Any, k0: Any = None) -> gi.Problem:
     """Return the ball in (k, γ, g, r), with attitude and contact point.
 
     State: ``k`` (n(n−1)/2,), the flat triangle, and ``gamma`` (n,), both in the body; ``g`` (n·n,),

@@ -15,7 +15,7 @@ import geomint as gi
 from geomint import part, section
 from geomint.problems.spaces.skew import unpack_skew
 
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import Inertia
 from ..integrable import inner
 from ..manifold import Array, skew_components
 from ..operators import operator_entries
@@ -34,7 +34,7 @@ class BallForms(NamedTuple):
 
 
 def ball_parameters(
-    inertia: SpecialInertia | GeneralInertia, D: float, k0: Any = None, m: Any = (), rho: Any = ()
+    inertia: Inertia, D: float, k0: Any = None, m: Any = (), rho: Any = ()
 ) -> tuple[Any, Ball, Array]:
     """Return the function that writes ω, the layout of a ball's parameters, and these.
 

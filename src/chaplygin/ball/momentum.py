@@ -17,7 +17,7 @@ import geomint as gi
 from geomint.arguments import switch
 
 from ..exact.motions import exact_turn
-from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..inertia import Inertia, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import BALL
 from ..manifold import Array
@@ -27,9 +27,7 @@ from .path import integrated_path
 from .rolling_states import initial_attitude
 
 
-def ball_problem(
-    inertia: SpecialInertia | GeneralInertia, D: float, attitude: bool = False, k0: Any = None
-) -> gi.Problem:
+def ball_problem(inertia: Inertia, D: float, attitude: bool = False, k0: Any = None) -> gi.Problem:
     """Return the ball in (k, γ), or in (k, γ, g) with the attitude.
 
     State: ``k`` (n(n−1)/2,), the flat triangle, ``gamma`` (n,) and with `attitude` ``g`` (n·n,),
@@ -77,7 +75,7 @@ def ball_problem(
 
 def _ball(
     name: str,
-    inertia: SpecialInertia | GeneralInertia,
+    inertia: Inertia,
     D: float,
     k0: Any,
     space: gi.Space,
@@ -122,9 +120,7 @@ def _ball(
     )
 
 
-def cotangent_problem(
-    inertia: SpecialInertia | GeneralInertia, D: float, k0: Any = None
-) -> gi.Problem:
+def cotangent_problem(inertia: Inertia, D: float, k0: Any = None) -> gi.Problem:
     """Return the ball in (k, g).
 
     State: ``k`` (n(n−1)/2,), the flat triangle, and ``g`` (n·n,), the rotation from body to space, row

@@ -12,7 +12,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import Inertia, SpecialInertia
 from ..manifold import Array, upright, vector_of_triangle
 
 KNOWN = 0.02  # of a radius, or of the length of the path: what a picture may be wrong by
@@ -32,7 +32,7 @@ def carried_path(space: gi.Space, rho: float, unit: str = "dimensionless") -> Pa
 
 
 def integrated_path(
-    inertia: SpecialInertia | GeneralInertia,
+    inertia: Inertia,
     D: float,
     physical: Callable[[Array], dict[str, Array]],
     frame: slice | None = None,
@@ -65,7 +65,7 @@ def integrated_path(
     return path
 
 
-def _tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
+def _tensor(inertia: Inertia) -> Array:
     return (
         np.asarray(np.diag(inertia.moments))
         if isinstance(inertia, SpecialInertia)

@@ -21,7 +21,7 @@ import numpy as np
 import geomint as gi
 from geomint import log, section, sqrt
 
-from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..inertia import Inertia, parameters_of
 from ..literature import POISSON_BALL
 from ..manifold import Array, triangle_of_vector
 from .classical import (
@@ -78,7 +78,7 @@ def poisson_forms(full: bool) -> dict[str, Any]:
     }
 
 
-def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Problem:
+def poisson_problem(inertia: Inertia, D: float) -> gi.Problem:
     """Return the ball in R³ in time τ, at any area constant.
 
     State: ``k`` (3,) and ``gamma`` (3,), vectors. Time τ, with the clock dt/dτ = f. Forms: ODE and
@@ -128,7 +128,7 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     )
 
 
-def poisson_tensor(inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> Array:
+def poisson_tensor(inertia: Inertia, D: float, y: Array) -> Array:
     """Return Π(y), shape (6, 6), of a state y = (k⃗, γ⃗) with |γ⃗| = 1: y′ = Π ∂H/∂y, Π_ab = {y_a, y_b}.
 
     As a function of any y with γ⃗ ≠ 0, of any dtype; Jacobi's identity holds there.

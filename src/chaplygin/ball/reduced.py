@@ -27,7 +27,7 @@ import geomint as gi
 from geomint import log, part
 
 from ..exact.motions import exact_sphere
-from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..inertia import Inertia, SpecialInertia, parameters_of
 from ..initial_states import initial_tangent
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import BALL
@@ -144,7 +144,7 @@ def general_forms(omega: Any, n: int) -> BallForms:
     return turning_forms(n, turn_vectors, gi.helper(reduced_velocity), gi.helper(reduced_density))
 
 
-def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Problem:
+def reduced_problem(inertia: Inertia, D: float) -> gi.Problem:
     """Return the reduced system, which describes a ball without SO(n−1)-momentum.
 
     State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Forms: ODE and action of

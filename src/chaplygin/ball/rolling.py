@@ -27,7 +27,7 @@ import numpy as np
 import geomint as gi
 from geomint import as_vector, part, section
 
-from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
+from ..inertia import Inertia, angular_momentum, parameters_of
 from ..literature import BALL
 from ..manifold import Array
 from ..operators import operator_applied
@@ -101,9 +101,7 @@ def density_in_omega(omega: Any, n: int, rows: Any) -> Any:
     return gi.observable(rolling_log_density)
 
 
-def rolling_problem(
-    inertia: SpecialInertia | GeneralInertia, m: Any, rho: Any, k0: Any = None
-) -> gi.Problem:
+def rolling_problem(inertia: Inertia, m: Any, rho: Any, k0: Any = None) -> gi.Problem:
     """Return the rolling ball on SO(n) × R^(n−1), with the reaction of the plane.
 
     State: ``g`` (n·n,), the rotation from body to space, row after row; ``r`` (n−1,), the contact

@@ -7,7 +7,7 @@ import numpy as np
 import geomint as gi
 from geomint import as_vector
 
-from ..inertia import GeneralInertia, SpecialInertia, positive_number
+from ..inertia import GeneralInertia, Inertia, SpecialInertia, positive_number
 from ..initial_states import initial_momentum
 from ..manifold import (
     REPAIRED,
@@ -21,8 +21,6 @@ from ..manifold import (
     warn,
     wedge,
 )
-
-Inertia = SpecialInertia | GeneralInertia
 
 
 def mass_and_radius(D: float, m: Any, rho: Any) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from typing import Any
 import geomint as gi
 from geomint.arguments import as_array
 
-from ..inertia import GeneralInertia, SpecialInertia, positive_number
+from ..inertia import GeneralInertia, Inertia, SpecialInertia, positive_number
 from ..rigid_body import warn_of_mass_tensor, warn_of_moments
 from .classical import classical_problem
 from .contact import contact_problem
@@ -50,7 +50,7 @@ class ChaplyginSphere:
     array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])
     """
 
-    inertia: SpecialInertia | GeneralInertia
+    inertia: Inertia
     D: float
 
     def __init__(self, a: Any = None, D: Any = None, inertia: Any = None) -> None:
@@ -64,7 +64,7 @@ class ChaplyginSphere:
             raise gi.DomainError("D", D, "a number > 0")
         scale = positive_number("D", D)
         operator = SpecialInertia(a, scale) if inertia is None else inertia
-        if not isinstance(operator, SpecialInertia | GeneralInertia):
+        if not isinstance(operator, Inertia):
             operator = GeneralInertia(operator)
         if isinstance(operator, GeneralInertia):
             operator = operator.special(scale) or operator

@@ -9,7 +9,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import Inertia, SpecialInertia
 from ..manifold import PARALLEL, Array
 from .symmetry import power_of_two
 
@@ -33,7 +33,7 @@ class WithoutArea:
     backward: Array
 
 
-def principal_moments(inertia: SpecialInertia | GeneralInertia) -> Array:
+def principal_moments(inertia: Inertia) -> Array:
     """Return I₁, I₂, I₃ of an operator in its principal axes, or raise `geomint.DomainError`."""
     if inertia.diagonal is None:
         raise gi.DomainError("inertia", inertia.matrix, "an operator in principal axes")

@@ -6,7 +6,7 @@ flow is exact in its τ. Time runs as dt = (D₁√U/(dt₁/dt)) dτ, again a fu
 
 import numpy as np
 
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import Inertia
 from ..manifold import Array, length
 from .area import principal_moments, without_area
 from .clock import Clock, sampled_clock
@@ -43,7 +43,7 @@ class ExactBall(BallFlow):
         As `ExactFlow`; for a tensor that is not diagonal, and where k⃗ and γ⃗ are parallel.
     """
 
-    def __init__(self, inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> None:
+    def __init__(self, inertia: Inertia, D: float, y: Array) -> None:
         moments = principal_moments(inertia)
         other = without_area(moments, D, np.concatenate([y[:3], unit_of(y[3:])]))
         k, gamma = y[:3] / length(y[:3]), y[3:] / length(y[3:])

@@ -33,7 +33,7 @@ from ..ball.rolling_states import (
     initial_position,
     rolling_velocity,
 )
-from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..inertia import GeneralInertia, Inertia, operator_parameters
 from ..integrable import inner
 from ..literature import RUBBER
 from ..manifold import Array
@@ -123,7 +123,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
 
 
 def rubber_rolling_problem(
-    inertia: SpecialInertia | GeneralInertia, total: GeneralInertia, m: float, rho: float
+    inertia: Inertia, total: GeneralInertia, m: float, rho: float
 ) -> gi.Problem:
     """Return the rubber ball on SO(n) × R^(n−1), with the reactions of the plane.
 

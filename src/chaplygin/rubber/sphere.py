@@ -13,6 +13,7 @@ from geomint.arguments import as_array
 from ..ball.rolling_states import mass_and_radius
 from ..inertia import (
     GeneralInertia,
+    Inertia,
     SpecialInertia,
     positive_number,
     positive_vector,
@@ -52,7 +53,7 @@ class RubberSphere:
     array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])
     """
 
-    inertia: SpecialInertia | GeneralInertia
+    inertia: Inertia
     D: float
     total: GeneralInertia
     """The operator I + D."""

@@ -9,7 +9,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..inertia import GeneralInertia, SpecialInertia, positive_number, positive_vector
+from ..inertia import GeneralInertia, Inertia, positive_number, positive_vector
 from ..manifold import Array
 from ..rigid_body import warn_of_moments
 from .classical import veselova_classical_problem
@@ -118,11 +118,11 @@ class VeselovaLR:
     [22, 16]
     """
 
-    inertia: SpecialInertia | GeneralInertia
+    inertia: Inertia
     r: int
 
     def __init__(self, inertia: Any, r: Any = 1) -> None:
-        if not isinstance(inertia, SpecialInertia | GeneralInertia):
+        if not isinstance(inertia, Inertia):
             inertia = GeneralInertia(inertia)
         object.__setattr__(self, "inertia", inertia)
         object.__setattr__(self, "r", frame_count(r, inertia.n))

@@ -31,7 +31,7 @@ import geomint as gi
 from geomint import log, part, section
 
 from ..ball.angular_velocity import apply_to_gamma, solve_in_place
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import GeneralInertia, Inertia
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
 
@@ -39,7 +39,7 @@ Bound = namedtuple("Bound", "c inertia")
 BOUND = Bound(c=1, inertia=gi.REST)  # the layout of the parameters
 
 
-def bound_parameters(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Array]:
+def bound_parameters(inertia: Inertia) -> tuple[bool, Array]:
     """Return whether 𝓘 is stored as a matrix, and the parameters of `bound_velocity`."""
     full, entries = operator_entries(inertia)
     diagonal = np.diag(inertia.matrix) if isinstance(inertia, GeneralInertia) else entries

@@ -28,7 +28,7 @@ from geomint import part, section, sqrt
 
 from ..ball.angular_velocity import apply_to_gamma
 from ..ball.fields import opposite, turn, turn_vectors
-from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..inertia import Inertia, operator_parameters
 from ..initial_states import one_of
 from ..integrable import inner
 from ..literature import VESELOVA
@@ -175,7 +175,7 @@ def lr_conditions(n: int, r: int) -> Any:
     return gi.field(conditions)
 
 
-def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Problem:
+def lr_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
     """Return the Veselova problem on SO(n), with its multipliers.
 
     State: ``g`` (n·n,), the rotation from body to space, row after row, and ``w`` (n(n−1)/2,), the

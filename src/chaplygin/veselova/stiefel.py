@@ -26,7 +26,7 @@ from geomint.arguments import whole
 from geomint.problems.spaces.sphere import product
 
 from ..ball.fields import BallForms, turn_vectors, turning_forms
-from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..inertia import Inertia, operator_parameters
 from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
@@ -88,7 +88,7 @@ def integrals(n: int, r: int) -> dict[str, Any]:
     return found
 
 
-def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Problem:
+def stiefel_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
     """Return the Veselova problem reduced to T*V(n, r).
 
     State: ``X`` (r·n,), the vectors e_1, …, e_r one after another, and ``P`` (r·n,), p_1, …, p_r; at

@@ -6,7 +6,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..inertia import GeneralInertia, SpecialInertia
+from ..inertia import Inertia
 from ..initial_states import one_of
 from ..manifold import (
     Array,
@@ -18,8 +18,6 @@ from ..manifold import (
     solved,
     wedge,
 )
-
-Inertia = SpecialInertia | GeneralInertia
 
 
 def initial_stiefel(inertia: Inertia, space: gi.TangentBundle, components: dict[str, Any]) -> Array:
