@@ -21,8 +21,7 @@ from geomint import part, section, sqrt
 from ..inertia import Inertia, parameters_of
 from ..literature import BALL
 from ..manifold import Array
-from .fields import ball_forms, ball_parameters, opposite, turn
-from .integrals import ball_integrals
+from .fields import ball_forms, ball_integrals, ball_parameters, opposite, turn
 from .momentum import ball_problem
 from .path import carried_path
 from .rolling_dynamics import (

@@ -21,8 +21,7 @@ from ..inertia import Inertia, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import BALL
 from ..manifold import Array
-from .fields import ball_forms, ball_parameters, ball_work
-from .integrals import ball_integrals
+from .fields import ball_forms, ball_integrals, ball_parameters, ball_work
 from .path import integrated_path
 from .rolling_states import initial_attitude
 

@@ -32,8 +32,7 @@ from ..literature import BALL
 from ..manifold import Array
 from ..operators import operator_applied
 from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
-from .fields import ball_parameters
-from .integrals import ball_integrals
+from .fields import ball_integrals, ball_parameters
 from .multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from .path import carried_path
 from .rolling_dynamics import (
