@@ -20,15 +20,13 @@ from .controls import (
     multiplier_defects as multiplier_defects,
 )
 from .conversion import converted as converted
-from .correspondence.correspondence import Correspondence as Correspondence
-from .correspondence.fedorov import (
+from .correspondence.maps import (
+    Correspondence as Correspondence,
+    chaplygin_change as chaplygin_change,
     fedorov_ball as fedorov_ball,
     fedorov_body as fedorov_body,
     fedorov_constants as fedorov_constants,
     fedorov_state as fedorov_state,
-)
-from .correspondence.maps import (
-    chaplygin_change as chaplygin_change,
     gauss_map as gauss_map,
     hamiltonization as hamiltonization,
     to_clebsch as to_clebsch,

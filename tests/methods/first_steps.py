@@ -16,7 +16,7 @@ import numpy as np
 import geomint as gi
 from geomint.problems.evaluate import derivative
 from geomint.stress import step_cases
-from geomint.stress.special_states import (
+from geomint.stress.state_cases import (
     Make,
     admitted,
     equal_rows,

@@ -10,7 +10,7 @@ from stress_support import CASES, EVERY
 import geomint as gi
 from geomint.problems.systems import find_system, system_names
 from geomint.stress import sweep
-from geomint.stress.special_states import is_steady
+from geomint.stress.state_cases import is_steady
 from geomint.stress.sweep import Selection, family_of, items_of, selected
 from tests.problems import examples
 

@@ -4,10 +4,9 @@ See `momentum` for the equations; ω is one of the functions of `angular_velocit
 made for each n, because loops of constant length unroll: 1.5 to 3 times faster than with n from
 the parameters (n = 8 to 3).
 
-What every ball keeps, as functions of (k, γ, g), wherever these stand in the state.
-
-All of k is constant in space. So K = ⟨k, k⟩ and tr k⁴ are constant, and the length of the part of k
-that fixes γ, the SO(n−1)-momentum; for n = 2 that is nothing, for n = 3 one number.
+What every ball keeps is here as functions of (k, γ, g), wherever these stand in the state. All of k
+is constant in space. So K = ⟨k, k⟩ and tr k⁴ are constant, and the length of the part of k that
+fixes γ, the SO(n−1)-momentum; for n = 2 that is nothing, for n = 3 one number.
 """
 
 import functools

@@ -33,11 +33,13 @@ from ..manifold import Array
 from ..operators import operator_applied
 from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
 from .fields import ball_integrals, ball_parameters
-from .multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from .path import carried_path
 from .rolling_dynamics import (
     contact_observables,
+    multiplier_fields,
+    rolling_conditions,
     rolling_dynamics,
+    rolling_space,
     rolling_work,
 )
 from .rolling_states import (

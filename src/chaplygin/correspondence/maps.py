@@ -6,8 +6,8 @@
 
 *Chaplygin's change of variables*: the ball in R³ at any area constant, and one at area zero.
 
-A motion with c = (k⃗, γ⃗), h = ½(k⃗, ω⃗) and F = (k⃗, k⃗) is also that of a ball with another D and other
-moments, without area constant: with δ = D₁/D − 1,
+A motion with c = (k⃗, γ⃗), h = ½(k⃗, ω⃗) and F = (k⃗, k⃗) is also that of a ball with another D and
+other moments, without area constant: with δ = D₁/D − 1,
 
     (2hD₁ − F) δ = c²,   I₁ + D₁ = I + D,
     γ⃗₁ = (δk⃗ + cγ⃗)/|…|,   k⃗₁ ∈ span{k⃗, γ⃗},   k⃗₁ ⟂ γ⃗₁.
@@ -34,9 +34,21 @@ takes the level (p̃, Ap̃) = σ of T*S^(n−1) to the level N_0 = 0 of Neumann'
 Veselova flow to Neumann's in the time D²τ, and the flow of the sphere, which is
 ½(−1)ⁿDr_0/Πa − ½r_(n−2), to Clebsch's with weights x = −1, y = D in the time τ itself. For Veselova
 this is Knörrer's theorem on the Gauss map of geodesics.
+
+*Fedorov's correspondence of tori*, n = 3: Veselova's problem and the ball at any f₁ and F₁.
+
+Theorem 6 of the paper, with the constants that really correspond. With 𝓘 = 1 + DI⁻¹ and w⃗ = −Iω⃗, eq.
+(tr1), the momenta of (3.2) and (Chap) are opposite, K⃗ = −k⃗, with the same γ⃗, and
+
+    F₁ = −f₁,   F₂ = f₂ = 1,   F₃ = (f₄/2 − f₃)/D,   F₄ = f₄.
+
+Tori go to tori and, with the same γ⃗, both are turned by their own angular velocity: the two *flows* on
+them are different, so that this is no `Correspondence`.
 """
 
 import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,16 +58,74 @@ from geomint import section, sqrt
 
 from ..ball.classical import DIAGONAL, classical_parameters, diagonal_omega
 from ..ball.sphere import ChaplyginSphere
-from ..exact.area import principal_moments, without_area
+from ..exact.classical import principal_moments, without_area
+from ..inertia import SpecialInertia, positive_vector
 from ..initial_states import multiplier
 from ..integrable import factors, physical_scale
 from ..manifold import Array
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem, normal_squared
-from ..veselova.body import Veselova
-from .correspondence import Correspondence
+from ..veselova.body import Veselova, veselova_factors
 
 __all__ = ["chaplygin_change", "gauss_map", "hamiltonization", "to_clebsch", "to_neumann"]
+
+
+SPACING = 2.0**-10  # of the differences of order 8: their error is below 1e-13 for smooth maps
+# Weights of f(x + kh) − f(x − kh), k = 1 … 4, in the derivative of order 8.
+WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
+
+
+@dataclass(frozen=True)
+class Correspondence:
+    """A map Φ that takes motions of one problem to motions of another, in its time.
+
+    If y(t) is a motion of the source, z = Φ(y(t)) is one of the target in the time s(t),
+    ds/dt = rate(y); t and s are the problems' own times.
+
+    Parameters
+    ----------
+    name : str
+    source, target : Problem
+    forward, backward : callable
+        Φ and its inverse on the states that correspond, flat states.
+    rate : recorded ``f(params, t, y, work) -> number``
+        ds/dt, of the parameters and states of `source`.
+    """
+
+    name: str
+    source: gi.Problem
+    target: gi.Problem
+    forward: Callable[[Array], Array]
+    backward: Callable[[Array], Array]
+    rate: Any
+
+    def clocked(self) -> gi.Problem:
+        """Return the source with s as one more piece of its state, called ``s``.
+
+        Integrate it, and ``forward(state[:-1])`` is the target's state at the time ``state[-1]``.
+        """
+        return gi.with_quadrature(self.source, "s", self.rate)
+
+    def rate_at(self, y: Any) -> float:
+        """Return ds/dt at a state of the source."""
+        return gi.value(self.source, self.rate, self.source.canonical(y))
+
+    def defect(self, y: Any) -> float:
+        """Return how far the field of the source, carried over, is from that of the target.
+
+        The largest entry of DΦ(y) ẏ − rate(y) z′(Φ(y)), relative to the largest of z′; DΦ ẏ by
+        differences of order 8, so that 1e-11 is zero.
+        """
+        state = self.source.canonical(y)
+        velocity = gi.derivative(self.source, state)
+        h = SPACING * float(np.max(np.abs(state))) / max(float(np.max(np.abs(velocity))), 1e-300)
+        carried = sum(
+            w * (self.forward(state + k * h * velocity) - self.forward(state - k * h * velocity))
+            for k, w in enumerate(WEIGHTS, 1)
+        )
+        expected = gi.derivative(self.target, self.forward(state))
+        difference = carried / h - self.rate_at(state) * expected
+        return float(np.max(np.abs(difference)) / np.max(np.abs(self.rate_at(state) * expected)))
 
 
 @gi.observable
@@ -233,3 +303,35 @@ def _maps(source: gi.Problem, y: Any) -> tuple[Any, Any, float]:
 
     p = source.canonical(y)[n:]
     return forward, backward, float(p @ (a * p))
+
+
+def fedorov_body(sphere: ChaplyginSphere) -> Veselova:
+    """Return the body with the moments 𝓘 = 1 + D/I of a ball in principal axes, n = 3."""
+    if sphere.n != 3 or sphere.inertia.diagonal is None:
+        expected = "a ball in R³ in principal axes"
+        raise gi.DomainError("inertia", sphere.inertia.diagonal, expected)
+    return Veselova(veselova_factors(1.0 + sphere.D / sphere.inertia.diagonal[::-1]), sphere.D)
+
+
+def fedorov_ball(moments: Array, D: float) -> ChaplyginSphere:
+    """Return the ball with the moments I = D/(𝓘 − 1) of a body with all 𝓘_i > 1.
+
+    Raises
+    ------
+    geomint.DomainError
+        If some 𝓘_i ≤ 1: such a body has no ball.
+    """
+    values = gi.as_vector("moments", positive_vector("moments", moments), 3)
+    if not (values > 1.0).all():
+        raise gi.DomainError("moments", moments, "principal moments that are all greater than 1")
+    return ChaplyginSphere(inertia=SpecialInertia.from_moments(D / (values - 1.0), D))
+
+
+def fedorov_state(y: Array) -> Array:
+    """Return (K⃗, γ⃗) of (k⃗, γ⃗), or back: the momentum changes its sign."""
+    return np.concatenate([-y[:3], y[3:]])
+
+
+def fedorov_constants(f1: float, f3: float, f4: float, D: float) -> tuple[float, float, float]:
+    """Return (F₁, F₃, F₄) of the ball's torus from (f₁, f₃, f₄) of the body's, f₂ = F₂ = 1."""
+    return -f1, (0.5 * f4 - f3) / D, f4

@@ -1,6 +1,6 @@
 """The exact flow of the classical Veselova problem, n = 3, at any f₁.
 
-The body's tori are those of a ball (`chaplygin.correspondence.fedorov`): with c𝓘 for 𝓘, whose motions
+The body's tori are those of a ball (`chaplygin.correspondence.maps`): with c𝓘 for 𝓘, whose motions
 are the same, c so large that all c𝓘_i > 1, that ball has the moments I = D/(c𝓘 − 1), and
 
     k⃗_ball = −(ck⃗ + (1 − c) f₁γ⃗),   the same γ⃗.

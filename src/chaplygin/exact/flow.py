@@ -23,12 +23,11 @@ from .branch_points import separation_of
 from .clock import Clock, packed_clock, sampled_clock
 from .clock_functions import at_time, clock_work, tau_at
 from .clock_series import product_clock
-from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
 from .numbers import MadeOfNumbers
 from .packing import evaluated, packed_torus, start_at
 from .quadrature import LEFT, Quadrature, finite_times, refuse_left_over
-from .sensitivity import frequency_gradients
+from .sensitivity import Estimate, frequency_gradients
 from .separated_energy import SeparatedEnergy
 from .symmetry import power_of_two, reduced_axes
 from .torus import torus_of

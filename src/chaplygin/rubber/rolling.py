@@ -24,9 +24,14 @@ from geomint import as_vector, part, section, sqrt
 
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
-from ..ball.multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from ..ball.path import carried_path
-from ..ball.rolling_dynamics import RollingDynamics, contact_observables
+from ..ball.rolling_dynamics import (
+    RollingDynamics,
+    contact_observables,
+    multiplier_fields,
+    rolling_conditions,
+    rolling_space,
+)
 from ..ball.rolling_states import (
     admit_velocity,
     initial_attitude,

@@ -36,7 +36,7 @@ def command(
     """
     from ..kernels.compiling.beside import compiled_beside
     from ..plan import Plan, common_notes, expected_plans, expected_time, run_methods
-    from ..plan.warm import warming
+    from ..plan.several import warming
     from ..report import DRIFT_FILES
     from ..run.files.outputs import check_folder
 

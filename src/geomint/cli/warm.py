@@ -25,7 +25,7 @@ def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> 
     What `geomint run` and `geomint drift` of these scenes, or else of all built-in ones, run is
     compiled and kept in the cache. A scene that cannot be run does not end the others.
     """
-    from ..plan.warm import warm
+    from ..plan.several import warm
     from ..scene import load_scene, scene_names
 
     failure: GeomintError | None = None

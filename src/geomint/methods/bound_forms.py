@@ -16,8 +16,8 @@ from ..kernels.compiling.signatures import (
     GRADIENTS,
     VALUE,
 )
-from ..problems.beside import field_beside, generator_beside, group_beside
 from ..problems.forms import Group
+from ..problems.quadrature import field_beside, generator_beside, group_beside
 from .binding import no_clock
 from .method import Start
 

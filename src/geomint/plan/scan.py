@@ -21,8 +21,7 @@ from ..run.ensemble.solve_ensemble import solve_ensemble
 from ..scene.scene import Scene
 from ..scene.variation import Variation, chosen_variations, told_values, varied_models
 from .choice import Asked, Route
-from .part import route_with
-from .representation import has
+from .representation import has, route_with
 from .tolerance import wanted_step
 
 MOST_KEYS = 2  # what a picture shows

@@ -15,7 +15,7 @@ from ..run.poincare import poincare_section
 from ..run.section import Section
 from ..scene.scene import Scene
 from .choice import Asked, Route
-from .part import route_with
+from .representation import route_with
 from .tolerance import wanted_step
 
 

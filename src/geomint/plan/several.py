@@ -1,10 +1,13 @@
-"""One scene by one or several methods: each in the representation and at the step that suit it."""
+"""One scene by one or several methods: each in the representation and at the step that suit it.
 
-from collections.abc import Callable, Iterable, Iterator
+`warm` compiles what the commands of a scene run, ahead of them: they find it in the cache.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from ..errors import FormError, GeomintError, StepError
+from ..errors import FormError, Gathered, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.evaluate import value
 from ..problems.problem import Time
@@ -311,3 +314,35 @@ def _method_run(result: SeveralRuns, label: str, plan: Plan | None, outcome: Out
                 rate * reached,
             )
     return MethodRun(label, plan, solution, outcome.status, outcome.message, outcome.error, reached)
+
+
+def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> None:
+    """Compile what ``geomint run`` and ``geomint drift`` of a scene run, and nothing else.
+
+    Each plan is carried out as far as its first steps. A method without a plan is left out.
+
+    Raises
+    ------
+    GeomintError
+        As `expected_plans`, and `make_plan`.
+    """
+    drifting = scene.for_drift()
+    plans = [p for p in expected_plans(drifting, methods).values() if isinstance(p, Plan)]
+    for plan in (*plans, make_plan(scene)):
+        warm_plan(plan, progress)
+
+
+def warm_plan(plan: Plan, progress: bool | None = False) -> None:
+    """Compile what carrying out a plan runs, and the pictures of a drift report."""
+    with Gathered(quiet=True):  # the run itself will say so
+        try:
+            _ = plan.solve(progress, callback=lambda told: True).local_error
+        except StepError:  # compiled by then
+            return
+        if plan.purpose == "drift":
+            first_turns(plan)
+
+
+def warming(plans: Sequence[Plan]) -> list[Callable[[], object]]:
+    """Return the plans as tasks of a process that compiles beside this one: the last one first."""
+    return [partial(warm_plan, plan) for plan in reversed(plans)]

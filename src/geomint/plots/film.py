@@ -1,10 +1,16 @@
-"""Animations: a ball that rolls on its plane, a body about a fixed point, a direction on the sphere."""
+"""Animations: a ball that rolls on its plane, a body about a fixed point, a direction on the sphere.
+
+As a page a film needs nothing but itself: all frames are in it, with a button and a slider.
+"""
 
 from __future__ import annotations
 
+import base64
 import io
-from collections.abc import Callable, Iterator, Sequence
+import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -15,13 +21,26 @@ from ..arguments import Array
 from ..errors import DomainError
 from ..problems.body_path import BodyPath
 from .canvas import new_figure
-from .film_page import film_page
 from .motion_plots import FRAME, draw_globe, label_axes
 from .style import COLOURS
 from .view import FAINT, View, great_circles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+PAGE = Path(__file__).with_name("film_page.html")
+
+
+def film_page(title: str, pictures: Iterable[bytes], fps: float) -> str:
+    """Return a page that shows pictures, PNG each, so many a second."""
+    frames = [base64.b64encode(picture).decode("ascii") for picture in pictures]
+    return PAGE.read_text(encoding="utf-8").format(
+        title=escape(title),
+        last=len(frames) - 1,
+        frames=json.dumps(frames),
+        every=f"{1e3 / fps:.6g}",
+    )
 
 
 ENDINGS = (".gif", ".html", ".mp4")

@@ -111,7 +111,7 @@ class Lyapunov(Shown):
 
     def plot(self) -> Figure:
         """Plot the exponents' sizes over time, beside ln t / t, and the alignment index."""
-        from ..plots.lyapunov_plot import lyapunov_figure
+        from ..plots.growth_plot import lyapunov_figure
 
         return lyapunov_figure(self.t, self.running, self.sali)
 
