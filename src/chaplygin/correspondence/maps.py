@@ -67,7 +67,18 @@ from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem, normal_squared
 from ..veselova.body import Veselova, veselova_factors
 
-__all__ = ["chaplygin_change", "gauss_map", "hamiltonization", "to_clebsch", "to_neumann"]
+__all__ = [
+    "Correspondence",
+    "chaplygin_change",
+    "fedorov_ball",
+    "fedorov_body",
+    "fedorov_constants",
+    "fedorov_state",
+    "gauss_map",
+    "hamiltonization",
+    "to_clebsch",
+    "to_neumann",
+]
 
 
 SPACING = 2.0**-10  # of the differences of order 8: their error is below 1e-13 for smooth maps

@@ -20,9 +20,6 @@ from ..kernels.numbers.arithmetic import maximum
 from ..kernels.numbers.blocks import REST, packed, part, section, sections
 from .forms import Group
 
-__all__ = ["joined"]
-
-
 # Numbers of the first group's layout, rows of its algebra and of its states; the layouts of both.
 Joined = namedtuple("Joined", "numbers algebra_rows rows first second")
 
