@@ -30,7 +30,7 @@ import numpy as np
 import geomint as gi
 
 from .inertia import Inertia
-from .manifold import Array, flat_triangle, skew_components
+from .manifold import Array, flat_triangle, skew_components, triangle_rows
 
 RANK = 1e-9  # singular values of Π below this part of the largest are zero
 STEP = 1e-30  # of complex steps, whose derivatives are exact
@@ -61,7 +61,7 @@ class MultiplierDefects:
 def almost_poisson_tensor(inertia: Inertia, D: float, y: Array) -> Array:
     """Return Π at y = (k, γ), shape (N + n, N + n), y of any dtype; y′ = Π ∂H/∂y is the ball."""
     n = inertia.n
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     k, gamma = _skew(y[:size], n), y[size:]
     omega = _skew(_omega(inertia, D, y), n)
     columns = []
@@ -132,7 +132,7 @@ def _metric(inertia: Inertia, D: float, gamma: Array) -> Array:
     n = inertia.n
     shadow = np.outer(gamma, gamma)
     columns = []
-    for e in np.eye(n * (n - 1) // 2):
+    for e in np.eye(triangle_rows(n)):
         full = _skew(e, n)
         columns.append(inertia.apply(e) + D * flat_triangle(full @ shadow + shadow @ full))
     return np.array(columns).T

@@ -11,7 +11,7 @@ import geomint as gi
 from geomint import as_vector
 from geomint.arguments import as_array, whole
 
-from .manifold import Array, flat_triangle, skew_matrix
+from .manifold import Array, flat_triangle, skew_matrix, triangle_rows
 
 __all__ = [
     "GeneralInertia",
@@ -248,7 +248,7 @@ class GeneralInertia:
     def __init__(self, values: Any) -> None:
         rows = _count("inertia", values)
         n = round((1.0 + np.sqrt(1.0 + 8.0 * rows)) / 2.0)
-        if n < 2 or n * (n - 1) // 2 != rows:
+        if n < 2 or triangle_rows(n) != rows:
             raise gi.DomainError("inertia", values, "n(n−1)/2 numbers, or that many rows, n ≥ 2")
         check_dimension("inertia", n, LARGEST_OF_MATRICES)
         matrix = _matrix("inertia", values, rows)
@@ -289,7 +289,7 @@ class GeneralInertia:
         if np.max(np.abs(tensor - tensor.T)) > SYMMETRIC * np.max(np.abs(tensor)):
             raise gi.DomainError("J", J, "a symmetric matrix")
         tensor = 0.5 * (tensor + tensor.T)
-        basis = (skew_matrix(row, n) for row in np.eye(n * (n - 1) // 2))
+        basis = (skew_matrix(row, n) for row in np.eye(triangle_rows(n)))
         return cls(np.array([flat_triangle(tensor @ e + e @ tensor) for e in basis]))
 
     @classmethod

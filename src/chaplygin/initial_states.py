@@ -119,6 +119,12 @@ def tangent_of_momentum(
     return p
 
 
+def tangent_arrays(y: Array, scale: float = 1.0) -> dict[str, Array]:
+    """Return γ and k = γ∧p of a flat state (γ, p/scale): what other forms of the motion give too."""
+    gamma, p = np.array(np.split(y, 2))
+    return {"gamma": gamma, "k": wedge(gamma, scale * p)}
+
+
 def momentum_free(gamma: Array, k: Array) -> Array | None:
     """Return the p ⟂ γ with k = γ∧p, or None if k has an SO(n−1)-momentum beyond round-off."""
     p, defect = _split(gamma, k)

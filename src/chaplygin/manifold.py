@@ -25,6 +25,7 @@ __all__ = [
     "skew_matrix",
     "solved",
     "triangle_of_vector",
+    "triangle_rows",
     "upright",
     "vector_of_triangle",
     "warn",
@@ -61,6 +62,11 @@ def solved(matrix: Array, right: Array) -> Array:
     except np.linalg.LinAlgError:
         expected = "moments and D whose ratios are far from 10¹⁶: their matrix is singular"
         raise gi.DomainError("inertia", matrix, expected) from None
+
+
+def triangle_rows(n: int) -> int:
+    """Return the length of the flat triangle of an element of so(n)."""
+    return n * (n - 1) // 2
 
 
 def wedge(x: Array, y: Array) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 import geomint as gi
 
 from .inertia import GeneralInertia, Inertia
-from .manifold import Array
+from .manifold import Array, triangle_rows
 
 
 def operator_entries(inertia: Inertia) -> tuple[bool, Array]:
@@ -24,7 +24,7 @@ def operator_entries(inertia: Inertia) -> tuple[bool, Array]:
 @functools.cache
 def operator_applied(full: bool, n: int) -> Any:
     """Return ``f(entries, w, out)``, which writes 𝓘w for the operator of those entries."""
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
 
     def diagonal_operator(entries: Any, w: Any, out: Any) -> None:
         for i in range(size):

@@ -98,6 +98,19 @@ def apply_to_gamma(n, triangle, gamma, out):
 
 
 @gi.helper
+def wedge_sum(n, x, p, out):
+    """Write the flat triangle of Σ x_s∧p_s, over the vectors of x and p."""
+    pair = 0
+    for i in range(n):
+        for j in range(i + 1, n):
+            total = x[i] * p[j] - p[i] * x[j]
+            for s in range(n, len(x), n):
+                total += x[s + i] * p[s + j] - p[s + i] * x[s + j]
+            out[pair] = total
+            pair += 1
+
+
+@gi.helper
 def about_vertical(n, triangle, gamma, work):
     """Return |X − (Xγ)∧γ|², the square of the part of X that fixes the unit vector γ."""
     image = part(work, 0, n)

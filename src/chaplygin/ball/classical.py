@@ -35,6 +35,7 @@ from ..manifold import (
     vector_of_triangle,
 )
 from .path import integrated_path
+from .rolling_states import own_attitude
 
 __all__ = ["classical_problem"]
 
@@ -182,6 +183,11 @@ def inertia_tensor(inertia: Inertia) -> Array:
     return inertia.tensor
 
 
+def vector_arrays(y: Array) -> dict[str, Array]:
+    """Return γ⃗ and the flat triangle of k⃗ of a state (k⃗, γ⃗, …)."""
+    return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
+
+
 def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Any]:
     """Return whether the tensor is not in principal axes, and the block of the parameters."""
     upper = np.triu_indices(3, 1)
@@ -238,18 +244,13 @@ def classical_problem(
     }
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
-        if g is not None and not attitude:
-            raise gi.DomainError("g", g, "no attitude: this problem has attitude=False")
+        last = own_attitude(g, attitude, 3)
         vertical, k = initial_momentum(inertia, D, gamma, vector=True, **components)
-        last = [gi.Rotations(3).point(g)] if attitude else []
         return np.concatenate([vector_of_triangle(k), vertical, *last])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
         g = gi.Rotations(3).random(rng)["g"]
         return {"gamma": g[-3:], "k": rng.normal(size=3), **({"g": g} if attitude else {})}
-
-    def physical(y: Array) -> dict[str, Array]:
-        return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
 
     group, frame = gi.so3(5 if attitude else 2), space.slices.get("g")
     return gi.Problem(
@@ -274,9 +275,9 @@ def classical_problem(
         ),
         make_state=make_state,
         make_exact=None if attitude else exact_ball(inertia, D),
-        make_path=integrated_path(inertia, D, physical, frame),
+        make_path=integrated_path(inertia, D, vector_arrays, frame),
         make_random=make_random,
-        physical=physical,
+        physical=vector_arrays,
         parameters=parameters_of(inertia, D),
         references=CLASSICAL_BALL,
     )

@@ -20,7 +20,7 @@ from geomint import part, section, sqrt
 
 from ..inertia import Inertia, parameters_of
 from ..literature import BALL
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 from .fields import ball_forms, ball_integrals, ball_parameters, opposite, turn
 from .momentum import ball_problem
 from .path import carried_path
@@ -44,7 +44,7 @@ __all__ = ["contact_problem"]
 @functools.cache
 def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
     """Return field, generator, defect of the vertical, and where things lie; y = (k, γ, g, r)."""
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     turning = size + n + square  # rows that turn; r comes after them
 
     def locate(params, y, work):
@@ -109,7 +109,7 @@ def contact_problem(inertia: Inertia, m: Any, rho: Any, k0: Any = None) -> gi.Pr
         g that is no rotation, or a gamma that is not g⁻¹E_n.
     """
     n = inertia.n
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, rows, params = ball_parameters(inertia, D, k0, m, rho)

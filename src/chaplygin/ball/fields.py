@@ -22,7 +22,7 @@ from geomint.problems.spaces.sphere import product
 
 from ..inertia import Inertia
 from ..integrable import inner
-from ..manifold import Array, skew_components
+from ..manifold import Array, skew_components, triangle_rows
 from ..operators import operator_entries
 from .angular_velocity import (
     about_vertical,
@@ -64,7 +64,7 @@ def ball_parameters(
 
 def ball_work(omega: Any, n: int) -> int:
     """Rows of scratch that the functions of this module need."""
-    return n * (n - 1) // 2 + max(2 * n * n, omega_work(omega, n))
+    return triangle_rows(n) + max(2 * n * n, omega_work(omega, n))
 
 
 @gi.helper
@@ -118,7 +118,7 @@ def turning_forms(n: int, turning: Any, velocity: Any, density: Any) -> BallForm
     density : recorded ``f(params, y, rest)``
         Returns log ϱ, from what `velocity` has left in the scratch.
     """
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
 
     def turning_field(params, t, y, out, work):
         """v̇ = −ωv, and k̇ = [k, ω]."""
@@ -155,7 +155,7 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
     The state begins with k; γ stands in the rows from `vertical` on. Eqs. (ch-red), (PE), (ch-red2),
     and (mu*).
     """
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     log_density = log_density_after(omega)
 
     def ball_velocity(params, y, work):
@@ -182,7 +182,7 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
 
     `rows` is the layout of the parameters, of which the spatial momentum reads k_0.
     """
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
 
     def ball_trace_k4(params, t, y, work):
         """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""

@@ -22,10 +22,10 @@ from geomint import fma, part
 
 from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
-from ..initial_states import initial_tangent, multiplier
+from ..initial_states import initial_tangent, multiplier, tangent_arrays
 from ..integrable import factors, inner, physical_scale, special_parameters, weighted
 from ..literature import BALL
-from ..manifold import Array, wedge
+from ..manifold import Array
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 from .path import integrated_path
 
@@ -137,8 +137,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         return np.concatenate([vertical, p / multiplier(inertia.a, D, vertical)])
 
     def physical(y: Array) -> dict[str, Array]:
-        gamma = np.array(y[:n])
-        return {"gamma": gamma, "k": wedge(gamma, multiplier(inertia.a, D, gamma) * y[n:])}
+        return tangent_arrays(y, multiplier(inertia.a, D, y[:n]))
 
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",

@@ -20,10 +20,10 @@ from ..exact.motions import exact_turn
 from ..inertia import Inertia, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import BALL
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 from .fields import ball_forms, ball_integrals, ball_parameters, ball_work
 from .path import integrated_path
-from .rolling_states import initial_attitude
+from .rolling_states import initial_attitude, own_attitude
 
 
 def ball_problem(inertia: Inertia, D: float, attitude: bool = False, k0: Any = None) -> gi.Problem:
@@ -49,17 +49,16 @@ def ball_problem(inertia: Inertia, D: float, attitude: bool = False, k0: Any = N
         From ``state`` and ``canonical``: a k, γ or g that describes no state; see `manifold`.
     """
     n = inertia.n
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     attitude = switch("attitude", attitude)
     space = gi.Product(gi.Skew(n), gi.Sphere(n), *([gi.Rotations(n)] if attitude else []))
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
-        if g is not None and not attitude:
-            raise gi.DomainError("g", g, "no attitude: this problem has attitude=False")
+        last = own_attitude(g, attitude, n)
         vertical, k = initial_momentum(inertia, D, gamma, **components)
-        return np.concatenate([k, vertical, *([gi.Rotations(n).point(g)] if attitude else [])])
+        return np.concatenate([k, vertical, *last])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
         if not attitude:
@@ -87,7 +86,7 @@ def _ball(
 ) -> gi.Problem:
     """Return the problem of states with k first, γ from row `vertical` and g from row `frame` on."""
     n = inertia.n
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     omega, rows, params = ball_parameters(inertia, D, k0)
     forms = ball_forms(omega, n, rows, vertical)
     kept = ball_integrals(n, rows, vertical, frame)
@@ -140,7 +139,7 @@ def cotangent_problem(inertia: Inertia, D: float, k0: Any = None) -> gi.Problem:
         From ``state`` and ``canonical``: a g that is no rotation, a gamma that is not g⁻¹E_n.
     """
     n = inertia.n
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     vertical = size + square - n
     space = gi.Skew(n) * gi.Rotations(n)
 

@@ -23,7 +23,7 @@ from geomint import log, section, sqrt
 
 from ..inertia import Inertia, parameters_of
 from ..literature import POISSON_BALL
-from ..manifold import Array, triangle_of_vector
+from ..manifold import Array
 from .classical import (
     DIAGONAL,
     FULL,
@@ -35,6 +35,7 @@ from .classical import (
     full_weight,
     inertia_tensor,
     turning_vectors,
+    vector_arrays,
 )
 from .path import integrated_path
 
@@ -101,9 +102,6 @@ def poisson_problem(inertia: Inertia, D: float) -> gi.Problem:
     full, params = classical_parameters(moments, D, square)
     forms = poisson_forms(full)
 
-    def physical(y: Array) -> dict[str, Array]:
-        return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
-
     return gi.Problem(
         name="ball-poisson",
         equations=(
@@ -121,8 +119,8 @@ def poisson_problem(inertia: Inertia, D: float) -> gi.Problem:
         measure=gi.Measure(forms["log_density"]),
         make_state=classical.make_state,
         make_random=classical.make_random,
-        make_path=integrated_path(inertia, D, physical),
-        physical=physical,
+        make_path=integrated_path(inertia, D, vector_arrays),
+        physical=vector_arrays,
         parameters=parameters_of(inertia, D),
         references=POISSON_BALL,
     )

@@ -28,11 +28,11 @@ from geomint import log, part
 
 from ..exact.motions import exact_sphere
 from ..inertia import Inertia, SpecialInertia, parameters_of
-from ..initial_states import initial_tangent
+from ..initial_states import initial_tangent, tangent_arrays
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import BALL
-from ..manifold import Array, wedge
-from .angular_velocity import log_density_after, omega_for, omega_work
+from ..manifold import Array, triangle_rows
+from .angular_velocity import log_density_after, omega_for, omega_work, wedge_sum
 from .fields import BallForms, turn_vectors, turning_forms
 from .path import integrated_path
 
@@ -124,17 +124,13 @@ def general_forms(omega: Any, n: int) -> BallForms:
 
     The measure, eq. (mu*), is that which the ball's induces where the momentum is zero.
     """
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     log_density = log_density_after(omega)
 
     def reduced_velocity(params, y, work):
         w, k = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
-        at = 0
-        for i in range(n):
-            for j in range(i + 1, n):
-                k[at] = y[i] * y[n + j] - y[n + i] * y[j]
-                at += 1
+        wedge_sum(n, part(y, 0, n), part(y, n, n), k)
         omega(n, params, k, part(y, 0, n), w, rest)
         return k, w, rest
 
@@ -175,9 +171,6 @@ def reduced_problem(inertia: Inertia, D: float) -> gi.Problem:
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))
 
-    def physical(y: Array) -> dict[str, Array]:
-        return {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])}
-
     return gi.Problem(
         name="chaplygin-sphere-reduced",
         equations=(
@@ -193,8 +186,8 @@ def reduced_problem(inertia: Inertia, D: float) -> gi.Problem:
         measure=gi.Measure(log_density),
         make_state=make_state,
         make_exact=exact,
-        make_path=integrated_path(inertia, D, physical),
-        physical=physical,
+        make_path=integrated_path(inertia, D, tangent_arrays),
+        physical=tangent_arrays,
         parameters=parameters_of(inertia, D),
         references=BALL,
     )

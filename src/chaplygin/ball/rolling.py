@@ -29,7 +29,7 @@ from geomint import as_vector, part, section
 
 from ..inertia import Inertia, angular_momentum, parameters_of
 from ..literature import BALL
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 from ..operators import operator_applied
 from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
 from .fields import ball_integrals, ball_parameters
@@ -57,7 +57,7 @@ __all__ = ["rolling_problem"]
 @functools.cache
 def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
     """Return an observable of the ball in (k, γ, g) as one of (g, r, ω, v)."""
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     apply_inertia = operator_applied(full, n)
     turning = rolling_space(n).slices["omega"].start
 
@@ -89,7 +89,7 @@ def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
 @functools.cache
 def density_in_omega(omega: Any, n: int, rows: Any) -> Any:
     """Return log det(I + D pr)^(1/2): the measure of `momentum` in ω, as dk = det(I + D pr) dω."""
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     log_density = log_density_after(omega)
     turning = rolling_space(n).slices["omega"].start
 
@@ -126,7 +126,7 @@ def rolling_problem(inertia: Inertia, m: Any, rho: Any, k0: Any = None) -> gi.Pr
         g that is no rotation, a gamma that is not g⁻¹E_n, a v with which the ball slips.
     """
     n = inertia.n
-    size, space = n * (n - 1) // 2, rolling_space(n)
+    size, space = triangle_rows(n), rolling_space(n)
     velocities = gi.Euclidean(size, "omega")
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)

@@ -25,6 +25,7 @@ import geomint as gi
 from geomint import part, section, sqrt
 
 from ..integrable import inner
+from ..manifold import triangle_rows
 from ..operators import operator_applied
 from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
 from .fields import opposite, turn, turn_vectors
@@ -32,7 +33,7 @@ from .fields import opposite, turn, turn_vectors
 
 def rolling_work(omega: Any, n: int) -> int:
     """Rows of scratch that the functions of both forms need."""
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     return 4 * size + 2 * n + n * n + max(2 * n * n, omega_work(omega, n))
 
 
@@ -61,7 +62,7 @@ class RollingDynamics(NamedTuple):
 @functools.cache
 def rolling_dynamics(omega: Any, n: int, rows: Any) -> RollingDynamics:
     """Return those of the ball that may turn about the vertical; see the module's docstring."""
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     apply_inertia = operator_applied(omega is full_omega, n)
 
     def accelerate(params, gamma, w, out, work):
@@ -96,7 +97,7 @@ def contact_observables(
     locate : recorded ``f(params, y, work) -> (gamma, g, w, r, rest)``
         Where these lie, w being ω and `rest` what is left of the scratch.
     """
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     accelerate = dynamics.accelerate
 
     def react(params, y, work):
@@ -155,13 +156,13 @@ def contact_observables(
 def rolling_space(n: int) -> gi.Space:
     """Return SO(n) × R^(n−1) with velocities: (g, r, ω, v)."""
     motions = gi.Rotations(n) * gi.Euclidean(n - 1, "r")
-    return motions * gi.Euclidean(n * (n - 1) // 2, "omega") * gi.Euclidean(n - 1, "v")
+    return motions * gi.Euclidean(triangle_rows(n), "omega") * gi.Euclidean(n - 1, "v")
 
 
 @functools.cache
 def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str, Any]:
     """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     slices = rolling_space(n).slices
     turning, moving = slices["omega"].start, slices["v"].start
     accelerate, apply_inertia = dynamics
@@ -231,7 +232,7 @@ def rolling_conditions(n: int, rows: Any, twist_free: bool) -> Any:
 
     `rows` is the layout of the parameters; y = (g, r, ω, v).
     """
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     rotation, slipping = gi.Rotations(n).manifold_at(0), gi.Rotations(n).conditions
     slices = rolling_space(n).slices
     turning, moving = slices["omega"].start, slices["v"].start

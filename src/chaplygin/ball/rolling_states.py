@@ -78,6 +78,15 @@ def initial_attitude(gamma: Any, g: Any, n: int) -> tuple[Array, Array]:
     return attitude[-n:].copy(), attitude
 
 
+def own_attitude(g: Any, attitude: bool, n: int) -> list[Array]:
+    """Return the flat g of a problem that carries the attitude, 1 unless given; of another nothing."""
+    if attitude:
+        return [gi.Rotations(n).point(g)]
+    if g is not None:
+        raise gi.DomainError("g", g, "no attitude: this problem has attitude=False")
+    return []
+
+
 def admit_vertical(gamma: Array, g: Array) -> Array:
     """Return the γ of a flat state that has g as well, repaired if need be; see `manifold`."""
     row = g[-len(gamma) :]

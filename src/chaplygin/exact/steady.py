@@ -14,7 +14,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..manifold import Array, skew_matrix
+from ..manifold import Array, skew_matrix, triangle_rows
 from .numbers import MadeOfNumbers
 from .quadrature import finite_times
 
@@ -51,7 +51,7 @@ class SteadyTurn(MadeOfNumbers):
 
     def __init__(self, n: int, s: float, D: float, y: Array) -> None:
         self.a, self._y0 = np.full(n, s), y
-        size = n * (n - 1) // 2
+        size = triangle_rows(n)
         k, gamma = skew_matrix(y[:size], n), y[size : size + n]
         v = k @ gamma
         along = np.outer(v, gamma) - np.outer(gamma, v)
@@ -99,7 +99,7 @@ class SteadyTurn(MadeOfNumbers):
         """Return states at times t, |t| up to `longest`, shape (..., rows)."""
         times = self.time(t)
         n = len(self.a)
-        size = n * (n - 1) // 2
+        size = triangle_rows(n)
         phases = np.exp(1j * times[..., None] * self._speeds)
         turn = ((self._basis * phases[..., None, :]) @ self._basis.conj().T).real
         k = turn @ skew_matrix(self._y0[:size], n) @ np.swapaxes(turn, -1, -2)

@@ -33,7 +33,7 @@ from ..commuting_integrals import coefficient_tables, table, tabulated, weighted
 from ..inertia import positive_vector
 from ..integrable import inner, weighted
 from ..literature import CLEBSCH, NEUMANN
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 
 __all__ = ["clebsch_problem", "neumann_problem"]
 
@@ -229,7 +229,7 @@ def neumann_problem(a: Any, strength: Any = 1.0) -> gi.Problem:
         values,
         sigma,
         sigma * values,
-        np.ones(n * (n - 1) // 2),
+        np.ones(triangle_rows(n)),
         clebsch_forms(n)["energy"],
         {"strength": sigma},
         field=neumann_field,

@@ -41,7 +41,7 @@ from ..ball.rolling_states import (
 from ..inertia import GeneralInertia, Inertia, operator_parameters
 from ..integrable import inner
 from ..literature import RUBBER
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 from ..operators import operator_applied, operator_entries
 from ..veselova.bound_velocity import (
     BOUND,
@@ -60,7 +60,7 @@ Rubber = namedtuple("Rubber", "bound rho m inertia")
 @functools.cache
 def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
     """Return acceleration and inertia; parameters are those of `bound_velocity` for I + D, ρ, m, I."""
-    size = n * (n - 1) // 2
+    size = triangle_rows(n)
     apply_inertia = operator_applied(full, n)
     solve = bound_velocity(full, n, 1)
 
@@ -77,7 +77,7 @@ def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
 @functools.cache
 def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
     """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     turning = rolling_space(n).slices["omega"].start
     dynamics = rubber_dynamics(full, n, rows)
     apply = operator_applied(full, n)
@@ -154,7 +154,7 @@ def rubber_rolling_problem(
         omega with which the ball twists, a v with which it slips.
     """
     n = inertia.n
-    size, square, space = n * (n - 1) // 2, n * n, rolling_space(n)
+    size, square, space = triangle_rows(n), n * n, rolling_space(n)
     full, bound = bound_parameters(total)
     kept_full, entries = operator_entries(inertia)
     if full != kept_full:

@@ -9,7 +9,7 @@ import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
 from ..inertia import GeneralInertia
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 from ..systems.models import ball_model
 from .standard import SYSTEMS, D, a_values, case_of, direction, momentum, motion
 
@@ -98,18 +98,18 @@ def nearly_equal(n: int, difference: float) -> tuple[Array, float]:
 
 def spread_diagonal(n: int, ratio: float) -> gi.Model:
     """Return a ball with moments from 1/ratio to ratio, not of the special form."""
-    moments = powers(n * (n - 1) // 2, ratio)[::-1] * np.array([1.0, 1.3, 0.8, 1.1, 0.9, 1.2])
+    moments = powers(triangle_rows(n), ratio)[::-1] * np.array([1.0, 1.3, 0.8, 1.1, 0.9, 1.2])
     return _ball(n, GeneralInertia(moments))
 
 
 def spread_full(n: int, ratio: float) -> gi.Model:
     """Return the same about axes of so(n) that have nothing to do with those of Rⁿ."""
-    rows = n * (n - 1) // 2
+    rows = triangle_rows(n)
     turn, _ = np.linalg.qr(np.sin(1.0 + np.arange(rows * rows) ** 1.5).reshape(rows, rows))
     matrix = turn @ np.diag(powers(rows, ratio)) @ turn.T
     return _ball(n, GeneralInertia(0.5 * (matrix + matrix.T)))
 
 
 def _ball(n: int, inertia: GeneralInertia) -> gi.Model:
-    k = np.cos(0.5 + 1.3 * np.arange(n * (n - 1) // 2))
+    k = np.cos(0.5 + 1.3 * np.arange(triangle_rows(n)))
     return ball_model(ChaplyginSphere(inertia=inertia, D=1.0), direction(n), k=k)

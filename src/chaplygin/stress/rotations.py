@@ -8,6 +8,7 @@ import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
 from ..inertia import GeneralInertia
+from ..manifold import triangle_rows
 from ..systems.models import ball_model
 from .standard import SYSTEMS, built, direction
 
@@ -73,7 +74,7 @@ def cases() -> list[gi.StressCase]:
 
 
 def _moments(n: int) -> GeneralInertia:
-    return GeneralInertia(1.0 + 0.5 * np.cos(np.arange(n * (n - 1) // 2)))
+    return GeneralInertia(1.0 + 0.5 * np.cos(np.arange(triangle_rows(n))))
 
 
 def steady(n: int) -> gi.Model:

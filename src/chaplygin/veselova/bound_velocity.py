@@ -30,9 +30,9 @@ import numpy as np
 import geomint as gi
 from geomint import log, part, section
 
-from ..ball.angular_velocity import apply_to_gamma, solve_in_place
+from ..ball.angular_velocity import apply_to_gamma, solve_in_place, wedge_sum
 from ..inertia import GeneralInertia, Inertia
-from ..manifold import Array
+from ..manifold import Array, triangle_rows
 from ..operators import operator_applied, operator_entries
 
 Bound = namedtuple("Bound", "c inertia")
@@ -58,7 +58,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
     k is a flat triangle, x the vectors x_1, …, x_r one after another. The scratch begins with the
     nr numbers z_s and the matrix, whose diagonal holds the inverse pivots: see `log_determinant`.
     """
-    size, rows = n * (n - 1) // 2, n * r
+    size, rows = triangle_rows(n), n * r
     apply = operator_applied(full, n)
 
     def fill(inertia: Any, x: Any, matrix: Any, work: Any) -> None:
@@ -121,14 +121,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
         for i in range(rows):
             z[i] = -z[i]
         solve_in_place(rows, matrix, z)
-        pair = 0
-        for i in range(n):
-            for j in range(i + 1, n):
-                total = x[i] * z[j] - z[i] * x[j]
-                for s in range(1, r):
-                    total += x[s * n + i] * z[s * n + j] - z[s * n + i] * x[s * n + j]
-                w[pair] = total
-                pair += 1
+        wedge_sum(n, x, z, w)
 
     return gi.helper(velocity)
 

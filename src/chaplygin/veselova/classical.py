@@ -29,11 +29,11 @@ import geomint as gi
 from geomint import log, section
 from geomint.problems.spaces.conditions import written
 
-from ..ball.classical import VECTORS, classical_area, classical_k, turning_vectors
+from ..ball.classical import VECTORS, classical_area, classical_k, turning_vectors, vector_arrays
 from ..exact.motions import exact_body
 from ..initial_states import TANGENT, one_of
 from ..literature import VESELOVA
-from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
+from ..manifold import Array, skew_components, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
 __all__ = ["LEVEL", "veselova_classical_problem"]
@@ -157,7 +157,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
         make_exact=exact_body(inverse, level),
         make_random=make_random,
         admit=admit,
-        physical=lambda y: {"gamma": np.array(y[3:]), "k": triangle_of_vector(y[:3])},
+        physical=vector_arrays,
         parameters={"a": a.tolist(), "D": D, "f1": level},
         references=VESELOVA,
     )

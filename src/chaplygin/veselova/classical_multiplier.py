@@ -19,8 +19,9 @@ import geomint as gi
 from geomint import log, section
 from geomint.problems.spaces.conditions import written
 
+from ..ball.classical import vector_arrays
 from ..literature import VESELOVA
-from ..manifold import Array, triangle_of_vector
+from ..manifold import Array
 from .classical import LEVEL, veselova_classical_problem
 
 __all__ = ["veselova_multiplier_problem"]
@@ -171,10 +172,7 @@ def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem
         make_state=lambda **components: from_momentum(make_state(**components)),
         make_random=classical.make_random,
         admit=admit,
-        physical=lambda y: {
-            "gamma": np.array(y[:3]),
-            "k": triangle_of_vector(to_momentum(np.asarray(y))[:3]),
-        },
+        physical=lambda y: vector_arrays(to_momentum(np.asarray(y))),
         parameters=classical.parameters,
         references=VESELOVA,
     )

@@ -22,10 +22,10 @@ from geomint import fma, part
 
 from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..exact.motions import exact_veselova
-from ..initial_states import multiplier
+from ..initial_states import multiplier, tangent_arrays
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import VESELOVA
-from ..manifold import Array, wedge
+from ..manifold import Array
 from .initial_states import veselova_tangent
 
 __all__ = ["veselova_hamiltonized_problem"]
@@ -107,8 +107,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         return np.concatenate([vertical, p / multiplier(a, D, vertical)])
 
     def physical(y: Array) -> dict[str, Array]:
-        gamma = np.array(y[:n])
-        return {"gamma": gamma, "k": wedge(gamma, multiplier(a, D, gamma) * y[n:])}
+        return tangent_arrays(y, multiplier(a, D, y[:n]))
 
     return gi.Problem(
         name="veselova-hamiltonized",

@@ -32,7 +32,7 @@ from ..inertia import Inertia, operator_parameters
 from ..initial_states import one_of
 from ..integrable import inner
 from ..literature import VESELOVA
-from ..manifold import Array, skew_components
+from ..manifold import Array, skew_components, triangle_rows
 from ..operators import operator_applied
 from .bound_velocity import BOUND, bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel import frame_count
@@ -46,7 +46,7 @@ SHOWN = 6  # multipliers up to which each is an observable of its own
 @functools.cache
 def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     """Return the functions of a body; y = (g, w)."""
-    size, square, rows = n * (n - 1) // 2, n * n, n * r
+    size, square, rows = triangle_rows(n), n * n, n * r
     solve = bound_velocity(full, n, r)
     apply = operator_applied(full, n)
 
@@ -161,7 +161,7 @@ def size_in_planes(n, r, triangle, g, work):
 def lr_conditions(n: int, r: int) -> Any:
     """Return the function that writes g gᵀ − 1 and the ⟨w, e_p∧e_q⟩."""
     rotation, square = gi.Rotations(n).manifold_at(0), n * n
-    size, first = n * (n - 1) // 2, n * (n + 1) // 2
+    size, first = triangle_rows(n), n * (n + 1) // 2
 
     def conditions(params, t, y, out, work):
         rotation(params, t, y, out, work)
@@ -198,7 +198,7 @@ def lr_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
     """
     n = inertia.n
     count = frame_count(r, n)
-    size, square = n * (n - 1) // 2, n * n
+    size, square = triangle_rows(n), n * n
     space = gi.Rotations(n) * gi.Euclidean(size, "w")
     full, params = bound_parameters(inertia)
     forms = lr_forms(full, n, count)

@@ -26,9 +26,10 @@ from geomint import part
 
 from ..ball.reduced import reduced_k, reduced_log_density
 from ..exact.motions import exact_veselova
+from ..initial_states import tangent_arrays
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import VESELOVA
-from ..manifold import Array, wedge
+from ..manifold import Array
 from .initial_states import veselova_tangent
 
 __all__ = ["veselova_reduced_problem"]
@@ -126,7 +127,7 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         measure=gi.Measure(reduced_log_density),
         make_state=make_state,
         make_exact=exact_veselova(a, D, True),
-        physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
+        physical=tangent_arrays,
         parameters={"a": a.tolist(), "D": D},
         references=VESELOVA,
     )

@@ -25,10 +25,12 @@ from geomint import part
 from geomint.arguments import whole
 from geomint.problems.spaces.sphere import product
 
+from ..ball.angular_velocity import wedge_sum
 from ..ball.fields import BallForms, turn_vectors, turning_forms
 from ..inertia import Inertia, operator_parameters
+from ..integrable import inner
 from ..literature import VESELOVA
-from ..manifold import Array, wedge
+from ..manifold import Array, triangle_rows, wedge
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel_states import allowed_part, initial_stiefel
 
@@ -38,21 +40,14 @@ __all__ = ["stiefel_problem"]
 @functools.cache
 def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
     """Return the functions of eq. (dot_P), and K; y = (X, P), vector by vector."""
-    size, rows = n * (n - 1) // 2, n * r
+    size, rows = triangle_rows(n), n * r
     solve = bound_velocity(full, n, r)
 
     def turning(params, y, work):
         """Return blocks (k, w, scratch of the solve)."""
         k, w = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
-        pair = 0
-        for i in range(n):
-            for j in range(i + 1, n):
-                total = y[i] * y[rows + j] - y[rows + i] * y[j]
-                for s in range(n, rows, n):
-                    total += y[s + i] * y[rows + s + j] - y[rows + s + i] * y[s + j]
-                k[pair] = total
-                pair += 1
+        wedge_sum(n, part(y, 0, rows), part(y, rows, rows), k)
         solve(params, k, part(y, 0, rows), w, rest)
         return k, w, rest
 
@@ -62,14 +57,9 @@ def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
 
     def stiefel_k(params, t, y, work):
         """K = ⟨k, k⟩."""
-        total = 0.0 * y[0]
-        for i in range(n):
-            for j in range(i + 1, n):
-                entry = y[i] * y[rows + j] - y[rows + i] * y[j]
-                for s in range(n, rows, n):
-                    entry += y[s + i] * y[rows + s + j] - y[rows + s + i] * y[s + j]
-                total += entry * entry
-        return total
+        k = part(work, 0, size)
+        wedge_sum(n, part(y, 0, rows), part(y, rows, rows), k)
+        return inner(size, k, k)
 
     forms = turning_forms(n, turn_vectors, gi.helper(turning), gi.helper(stiefel_density))
     return forms, gi.observable(stiefel_k)
@@ -120,7 +110,7 @@ def stiefel_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
         X = gi.Rotations(n).random(rng)["g"][:rows].reshape(count, n)
-        return {space.pieces[0][0]: X, "k": allowed_part(X, rng.normal(size=n * (n - 1) // 2))}
+        return {space.pieces[0][0]: X, "k": allowed_part(X, rng.normal(size=triangle_rows(n)))}
 
     def physical(y: Array) -> dict[str, Array]:
         X, P = y[:rows].reshape(count, n), y[rows:].reshape(count, n)
