@@ -143,13 +143,10 @@ def special_parts(params, n):
 def special_omega(n, params, k, gamma, omega, work):
     """Write ω for the special operator."""
     _, a, b, C = special_parts(params, n)
-    u = b[0] * gamma[0] * gamma[0]
-    for i in range(1, n):
-        u += b[i] * gamma[i] * gamma[i]
     for i in range(len(k)):
         omega[i] = C[i] * k[i]
     apply_to_gamma(n, omega, gamma, work)
-    r = 1.0 / u
+    r = 1.0 / weighted(n, b, gamma, gamma)
     for i in range(n):
         work[i] = a[i] * r * work[i]
     at = 0
@@ -164,9 +161,6 @@ def special_omega(n, params, k, gamma, omega, work):
 def spread_omega(n, params, k, gamma, omega, work):
     """Write ω for the special operator, without cancellation."""
     D, a, b, C = special_parts(params, n)
-    u = b[0] * gamma[0] * gamma[0]
-    for i in range(1, n):
-        u += b[i] * gamma[i] * gamma[i]
     apply_to_gamma(n, k, gamma, work)
     for i in range(n):
         work[i] = a[i] / D[0] * work[i]
@@ -194,7 +188,7 @@ def spread_omega(n, params, k, gamma, omega, work):
                 jm += 1
             omega[ij] = total
             ij += 1
-    r = 1.0 / u
+    r = 1.0 / weighted(n, b, gamma, gamma)
     for i in range(len(k)):
         omega[i] = C[i] * (r * omega[i])
 
@@ -246,10 +240,7 @@ def diagonal_omega(n, params, k, gamma, omega, work):
     for i in range(len(k)):
         omega[i] = C[i] * k[i]
     apply_to_gamma(n, omega, gamma, v)
-    g2 = gamma[0] * gamma[0]
-    for i in range(1, n):
-        g2 += gamma[i] * gamma[i]
-    q = D[0] / g2
+    q = D[0] / inner(n, gamma, gamma)
     for i in range(n):
         s[i * n + i] = 1.0 + 0.0 * q
     at = 0
@@ -296,10 +287,7 @@ def full_omega(n, params, k, gamma, omega, work):
             g[r * n + i] = entry
         omega[r] = total
     apply_to_gamma(n, omega, gamma, v)
-    g2 = gamma[0] * gamma[0]
-    for i in range(1, n):
-        g2 += gamma[i] * gamma[i]
-    q = D[0] / g2
+    q = D[0] / inner(n, gamma, gamma)
     for i in range(n * n):
         s[i] = zero
     r = 0

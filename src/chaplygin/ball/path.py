@@ -83,26 +83,17 @@ def _omega(inverse: Array, D: float, k: Array, gamma: Array) -> Array:
 
 def _turned(t: Array, omega: Array, gamma: Array) -> Array:
     """Return the attitude: rows that turn with γ, by Magnus' method of order 4 on the samples."""
+    from scipy.spatial.transform import Rotation
+
     steps = np.diff(t)[:, None]
     mean = 0.5 * steps * (omega[1:] + omega[:-1])
     rates = np.gradient(omega, t, axis=0)
     mean = mean + steps**2 / 12.0 * (rates[:-1] - rates[1:] + np.cross(omega[:-1], omega[1:]))
     g = np.empty((len(t), 3, 3))
     g[0] = upright(gamma[0])
-    for i, turn in enumerate(_exponentials(-mean)):
-        g[i + 1] = g[i] @ turn.T
+    for i, turn in enumerate(Rotation.from_rotvec(mean).as_matrix()):
+        g[i + 1] = g[i] @ turn
     return g
-
-
-def _exponentials(vectors: Array) -> Array:
-    """Return the rotations exp of the hat map of vectors, by Rodrigues' formula."""
-    angle = np.sqrt((vectors * vectors).sum(axis=1))[:, None, None]
-    hat = np.cross(vectors[:, None, :], np.eye(3)[None]).transpose(0, 2, 1)
-    return np.asarray(
-        np.eye(3)
-        + np.sinc(angle / np.pi) * hat
-        + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * hat @ hat
-    )
 
 
 def _integral(t: Array, velocity: Array) -> Array:

@@ -28,6 +28,7 @@ import geomint as gi
 from geomint import as_vector, part, section
 
 from ..inertia import Inertia, angular_momentum, parameters_of
+from ..integrable import inner
 from ..literature import BALL
 from ..manifold import Array, triangle_rows
 from ..operators import operator_applied
@@ -72,10 +73,7 @@ def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
         gamma = part(z, size, n)
         apply_inertia(section(params, rows, "inertia"), w, part(z, 0, size))
         apply_to_gamma(n, w, gamma, u)
-        length = gamma[0] * gamma[0]
-        for i in range(1, n):
-            length += gamma[i] * gamma[i]
-        scale = section(section(params, rows, "omega"), GENERAL, "D")[0] / length
+        scale = section(section(params, rows, "omega"), GENERAL, "D")[0] / inner(n, gamma, gamma)
         pair = 0
         for i in range(n):
             for j in range(i + 1, n):

@@ -46,10 +46,8 @@ def draw_bifurcations(axis: Any, a: Any, D: float, states: Any = None) -> None:
         axis.plot(
             values[:, 0], values[:, 1] / values[:, 0], "o", ms=3, color="black", label="states"
         )
-    axis.set_xscale("log")
-    axis.set_xlabel("K (dimensionless)")
-    axis.set_ylabel("H/K (dimensionless)")
-    axis.set_title("tori, and where they degenerate")
+    axis.set(xscale="log", xlabel="K (dimensionless)", ylabel="H/K (dimensionless)",
+             title="tori, and where they degenerate")  # fmt: skip
     axis.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.08), ncols=2,
                 facecolor="#dddddd", framealpha=1.0)  # fmt: skip
 
@@ -88,8 +86,7 @@ def draw_rotation_numbers(
     for k in range(found.shape[1]):
         name = f"$\\omega_{k + 2}/\\omega_1$"
         axis.plot(at, found[:, k], color=palette[k % 3], label=name, **{"lw": 1.2, **style})
-    axis.set_xlabel(label)
-    axis.set_ylabel("rotation number (dimensionless)")
+    axis.set(xlabel=label, ylabel="rotation number (dimensionless)")
     axis.legend(fontsize=8)
     axis.grid(alpha=0.3)
     return found

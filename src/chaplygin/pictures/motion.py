@@ -67,7 +67,7 @@ def motion_panels(
 
 def sampled(exact: ExactFlow) -> tuple[Array, Array]:
     """Return times τ of the first turns and the separated coordinates there, a row each."""
-    tau = _times(exact)[: SAMPLES // 5]
+    tau = _first_turns(exact.frequencies)[: SAMPLES // 5]
     return tau, exact.lam(_theta(exact, tau))
 
 
@@ -81,7 +81,7 @@ def draw_vertical(axis: Any, exact: ExactFlow, view: gi.View | None = None) -> N
     if len(exact.a) != 3:
         raise gi.DomainError("n", len(exact.a), "a motion in three dimensions")
     view = gi.View() if view is None else view
-    gamma = exact.inward(exact.at_tau(_times(exact)))[:, :3]
+    gamma = exact.inward(exact.at_tau(_first_turns(exact.frequencies)))[:, :3]
     axis.add_patch(Circle((0, 0), 1, fill=False, color=COLOURS["grey"], lw=0.8))
     for curve in _boundaries(exact):
         view.draw_curve(axis, curve, color=COLOURS["orange"], lw=1.6)
@@ -105,55 +105,49 @@ def draw_separation(axis: Any, exact: ExactFlow) -> None:
         axis.axhline(
             value, color=COLOURS["grey"], lw=0.6, ls=":", label="$a_i$" if i == 0 else None
         )
-    axis.set_xlabel("τ (dimensionless)")
-    axis.set_ylabel("λ (dimensionless)")
-    axis.set_title("separated coordinates in their ovals")
+    title = "separated coordinates in their ovals"
+    axis.set(xlabel="τ (dimensionless)", ylabel="λ (dimensionless)", title=title)
     axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
 
 def draw_torus(axis: Any, exact: ExactFlow) -> None:
     """Draw the first two angles unwrapped: θ, and φ, which is a straight line; or one against τ."""
-    tau = _times(exact)[: SAMPLES // 8]
+    tau = _first_turns(exact.frequencies)[: SAMPLES // 8]
     phi = exact.start + np.outer(tau, exact.frequencies)
     size = len(exact.torus.middle)
-    columns = [phi]
+    wide = phi.shape[1] > 1
+
+    def draw(angles: Array, **style: Any) -> None:
+        x, y = (angles[:, 0] / np.pi, angles[:, 1]) if wide else (tau, angles[:, 0])
+        axis.plot(x, y / np.pi, lw=1.0, **style)
+
+    draw(phi, label="linear angles φ", ls="--", color=COLOURS["orange"])
     if size:
         theta = phi.copy()
         theta[:, :size] = np.unwrap(_theta(exact, tau), axis=0)
         theta[:, :size] += 2 * np.pi * np.rint((phi - theta)[:1, :size] / (2 * np.pi))
-        columns.append(theta)
-    for values, name, style in zip(
-        columns,
-        ("linear angles φ", "angles θ of the ovals"),
-        ({"ls": "--", "color": COLOURS["orange"]}, {"color": COLOURS["blue"]}),
-        strict=False,
-    ):
-        x, y = (values[:, 0], values[:, 1]) if values.shape[1] > 1 else (tau, values[:, 0])
-        axis.plot(x / np.pi if values.shape[1] > 1 else x, y / np.pi, lw=1.0, label=name, **style)
-    wide = phi.shape[1] > 1
-    axis.set_xlabel("first angle / π" if wide else "τ (dimensionless)")
-    axis.set_ylabel("second angle / π" if wide else "angle / π")
-    axis.set_title("torus, unwrapped")
+        draw(theta, label="angles θ of the ovals", color=COLOURS["blue"])
+    labels = ("first angle / π", "second angle / π") if wide else ("τ (dimensionless)", "angle / π")
+    axis.set(xlabel=labels[0], ylabel=labels[1], title="torus, unwrapped")
     axis.legend(fontsize=8)
     axis.grid(alpha=0.3)
 
 
 def draw_contact_point(axis: Any, path: ContactPath) -> None:
     """Draw the contact point in the plane without its mean drift, over some turns."""
-    fastest = np.max(np.abs(path.exact.mean_frequencies))
-    times = np.linspace(0.0, 2 * np.pi * TURNS / fastest, SAMPLES)
+    times = _first_turns(path.exact.mean_frequencies)
     trace = path.contact(times) - np.outer(times, path.drift)
     axis.plot(*trace.T, color=COLOURS["blue"], lw=0.6)
     axis.set_aspect("equal", adjustable="datalim")
-    axis.set_xlabel("$r_1$ less drift (dimensionless)")
-    axis.set_ylabel("$r_2$ less drift (dimensionless)")
-    axis.set_title(f"contact point, less a drift of {np.linalg.norm(path.drift):.3g}")
+    xlabel, ylabel = (f"$r_{i}$ less drift (dimensionless)" for i in (1, 2))
+    title = f"contact point, less a drift of {np.linalg.norm(path.drift):.3g}"
+    axis.set(xlabel=xlabel, ylabel=ylabel, title=title)
     axis.grid(alpha=0.3)
 
 
-def _times(exact: ExactFlow) -> Array:
-    fastest = np.max(np.abs(exact.frequencies))
-    return np.linspace(0.0, 2 * np.pi * TURNS / fastest, SAMPLES)
+def _first_turns(frequencies: Array) -> Array:
+    """Return times over some turns of the fastest angle."""
+    return np.linspace(0.0, 2 * np.pi * TURNS / np.max(np.abs(frequencies)), SAMPLES)
 
 
 def _theta(exact: ExactFlow, tau: Array) -> Array:

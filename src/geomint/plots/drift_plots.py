@@ -108,8 +108,7 @@ def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], ti
 def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
     axes.set_title(name, loc="right", fontweight="bold")
-    axes.set_xlabel(time_name(time))
-    axes.set_ylabel(f"mean {drift.label}")
+    axes.set(xlabel=time_name(time), ylabel=f"mean {drift.label}")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
     times, means = drift.windows.times, drift.windows.means
     shown = np.abs(means) < HUGE

@@ -97,7 +97,7 @@ def draw_curves(axes: Axes, times: Array, curves: Curves, joined: bool = True) -
     for i, (label, column) in enumerate(zip(curves.labels, curves.values.T, strict=True)):
         style = _style(i, joined)
         axes.plot(times, column, label=label, **style)
-    _no_noise(axes, curves.values)
+    _no_noise(axes, y=curves.values)
     axes.set_ylabel(f"{curves.name}\n({curves.unit})", fontsize=8)
     axes.margins(x=0.0 if joined else 0.02)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.6, labelspacing=0.3)
@@ -110,13 +110,14 @@ def _style(i: int, joined: bool) -> dict[str, Any]:
     return {"color": colour, "linestyle": DASHES[i // 2 % len(DASHES)], "linewidth": 1.0}
 
 
-def _no_noise(axes: Axes, values: Array) -> None:
-    """Give what is constant but for rounding an axis that does not show the rounding."""
-    low, high = float(values.min()), float(values.max())
-    size = max(abs(low), abs(high))
-    if high - low <= CONSTANT * size or size == 0.0:
-        middle, reach = 0.5 * (low + high), 0.1 * size or 1.0
-        axes.set_ylim(middle - reach, middle + reach)
+def _no_noise(axes: Axes, **shown: Array) -> None:
+    """Give what is constant but for rounding, on the axis x or y, limits that do not show it."""
+    for side, values in shown.items():
+        low, high = float(values.min()), float(values.max())
+        size = max(abs(low), abs(high))
+        if high - low <= CONSTANT * size or size == 0.0:
+            pad = 0.1 * size or 1.0
+            axes.set(**{f"{side}lim": (low - pad, high + pad)})
 
 
 def plane_figure(
@@ -141,12 +142,7 @@ def draw_plane(
     if joined:
         _ends(axes, points)
         axes.legend(loc="best", handletextpad=0.1)
-    for size, values in (("x", points[:, 0]), ("y", points[:, 1])):
-        low, high = float(values.min()), float(values.max())
-        reach = max(abs(low), abs(high))
-        if high - low <= CONSTANT * reach or reach == 0.0:
-            pad = 0.1 * reach or 1.0
-            axes.set(**{f"{size}lim": (low - pad, high + pad)})
+    _no_noise(axes, x=points[:, 0], y=points[:, 1])
     axes.set(xlabel=labels[0], ylabel=labels[1])
     if equal:
         axes.set_aspect("equal", adjustable="datalim")

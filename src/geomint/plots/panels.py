@@ -59,11 +59,9 @@ def draw_lines(
     subtitle, label : str
         A line below the title; what the sizes are of.
     """
-    axes.set_xlabel(time_name(time_label))
     size = label if label.startswith("‖") else f"|{label}|"  # a norm has its bars
-    axes.set_ylabel(f"largest {size}{' / scale' if relative else ''}")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", xlabel=time_name(time_label))
+    axes.set(yscale="log", ylabel=f"largest {size}{' / scale' if relative else ''}")
     axes.set_autoscale_on(False)  # the limits below are drawn from the data
     heights, reached = [] if level is None else [level], []
     notes: dict[str, list[str]] = {}

@@ -63,8 +63,7 @@ def draw_section(
             x[which], y[which], linestyle="none", marker="o", markersize=size**0.5,
             markeredgewidth=0.0, color=colour, rasterized=len(x) > MOST,
         )  # fmt: skip
-    panel.set_xlabel(axes[0])
-    panel.set_ylabel(axes[1])
+    panel.set(xlabel=axes[0], ylabel=axes[1])
     if not len(x):
         say(panel, "no points")
 
@@ -79,8 +78,7 @@ def _draw_boundary(panel: Axes, boundary: Boundary) -> None:
         panel.contour(*grid, levels=[energy], colors=[EDGE], linewidths=0.8)
     inside = least <= energy
     if inside.any():
-        panel.set_xlim(*_around(x, inside, 0))
-        panel.set_ylim(*_around(y, inside, 1))
+        panel.set(xlim=_around(x, inside, 0), ylim=_around(y, inside, 1))
 
 
 def _around(values: Array, inside: npt.NDArray[np.bool_], across: int) -> tuple[float, float]:

@@ -33,10 +33,8 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
     """
     with new_figure(WIDTH, 4.2, layout="constrained") as figure:
         axes = figure.subplots()
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_xlabel("error at the end, relative (dimensionless)")
-        axes.set_ylabel("run time (s), without compilation")
+        axes.set(xscale="log", xlabel="error at the end, relative (dimensionless)")
+        axes.set(yscale="log", ylabel="run time (s), without compilation")
         names = {point.method: point.peer is not None for point in points}
         for i, (name, peer) in enumerate(names.items()):
             own = [
