@@ -3,8 +3,6 @@
 Importing geomint imports neither numba nor matplotlib: both come when they are needed.
 """
 
-from __future__ import annotations
-
 import lazy_loader
 
 __version__ = "0.1.0"

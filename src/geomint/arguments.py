@@ -3,8 +3,6 @@
 Whatever a foreign object raises when it is asked for its numbers, or for its length, ends as one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """``geomint drift``."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path

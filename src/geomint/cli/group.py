@@ -1,7 +1,5 @@
 """The command group: lazy commands, and errors as one message and an exit code."""
 
-from __future__ import annotations
-
 import functools
 import importlib
 import os

@@ -1,7 +1,5 @@
 """What a command's page will need is imported while compiled code runs, which leaves Python free."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import sys

@@ -1,7 +1,5 @@
 """What a command of another package does, without importing it."""
 
-from __future__ import annotations
-
 import ast
 from importlib.util import find_spec
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Commands from Python: what is computed of a scene, with its report."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path

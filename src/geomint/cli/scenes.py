@@ -1,7 +1,5 @@
 """``geomint scenes``."""
 
-from __future__ import annotations
-
 import click
 
 WIDE = 100  # columns

@@ -1,7 +1,5 @@
 """Requests to end: SIGTERM and SIGHUP do what Ctrl-C does."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """``geomint stress``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

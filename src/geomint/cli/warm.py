@@ -1,7 +1,5 @@
 """``geomint warm``."""
 
-from __future__ import annotations
-
 import time
 
 import click

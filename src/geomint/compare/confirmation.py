@@ -11,8 +11,6 @@ difference, that by roundings about as large. Where a long or chaotic run leaves
 of the run is looked at.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable
@@ -30,8 +28,6 @@ from ..problems.evaluate import derivative, value
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.solve import solve
-
-__all__ = ["Confirmation", "confirm", "named"]
 
 TIGHT = {"plain": 1e-13, "compiled": 1e-14}  # ours sums with compensation, SciPy does not
 LOOSER = 10.0  # tolerance of the other run

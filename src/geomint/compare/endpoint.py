@@ -4,8 +4,6 @@ The reference is an integration in double-double arithmetic (`reference`), or th
 system has one (`exact`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
@@ -19,8 +17,6 @@ from ..problems.systems import Model
 from .exact_reference import exact_reference
 from .reference import reference_solution
 from .reference_record import MARGIN, RESOLUTION, SMALL, Reference
-
-__all__ = ["Endpoint", "endpoint_of"]
 
 Source = Literal["auto", "extended", "exact"]
 NEAR, SAMPLES = 2.0**-26, 3

@@ -4,8 +4,6 @@ Their errors do not come from steps: what grows with time is the phase that the 
 state costs.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..arguments import Array
@@ -13,8 +11,6 @@ from ..problems.exact_motion import ExactMotion
 from ..problems.problem import Problem
 from .confirmation import confirm
 from .reference_record import SMALL, Reference
-
-__all__ = ["exact_reference"]
 
 
 def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Reference:

@@ -1,7 +1,5 @@
 """What a comparison runs: at which steps or tolerances."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from ..arguments import Array, positive

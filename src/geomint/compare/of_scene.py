@@ -1,7 +1,5 @@
 """A comparison as a scene asks for it: how long it takes, what it compiles, and itself."""
 
-from __future__ import annotations
-
 import math
 import time
 import warnings
@@ -25,16 +23,6 @@ from .endpoint import MOST_EXTENDED_STEPS, Source
 from .ladder import STEP_FACTORS, ladder
 from .point import timed_runs
 from .runs import Comparison, compare
-
-__all__ = [
-    "compare_scene",
-    "comparison_time",
-    "end_of",
-    "first_steps",
-    "methods_of",
-    "warm_method",
-    "warming",
-]
 
 EXTENDED, COARSEST = 300.0, max(STEP_FACTORS)  # times gauss-8; times the default step
 LONGEST = 1.0  # seconds of a run: those that do not converge turn to another kernel early

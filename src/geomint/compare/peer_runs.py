@@ -1,7 +1,5 @@
 """Peers on the problem of a comparison: at several tolerances, to the same end."""
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable, Iterator

@@ -1,11 +1,7 @@
 """A point of a comparison."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
-
-__all__ = ["MAX_SECONDS", "Point", "timed_runs"]
 
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 REPEATS, ENOUGH = 3, 1.0  # runs of a point, fewer where together they have taken so many seconds

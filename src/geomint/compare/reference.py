@@ -6,8 +6,6 @@ another family confirms it (`geomint.compare.confirmation`), as two steps of one
 alike. References are kept on disk under a hash of everything that they depend on.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -21,8 +21,6 @@ from ..problems.problem import Problem
 from ..run.files.outputs import whole_file
 from .confirmation import Confirmation
 
-__all__ = ["MARGIN", "RESOLUTION", "SMALL", "Reference", "place_of", "stored"]
-
 MARGIN = 10.0  # how far below an error a reference must be known to judge it
 SMALL = 1e-5  # a reference that cannot judge even errors of this size is of no use to a comparison
 RESOLUTION = 2.0**-52  # errors below this are one to float64

@@ -7,8 +7,6 @@ reference of about 32 digits (`geomint.compare.reference`), or with the exact fl
 is not far better than are not given. Integrators of other packages, `peers`, run beside the methods.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace

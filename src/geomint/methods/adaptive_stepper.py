@@ -1,7 +1,5 @@
 """Steppers that choose their steps themselves."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -26,9 +24,6 @@ from .adaptive import Adaptive
 from .bound_forms import piece_numbers
 from .method import Start
 from .stepper import NOTHING, Advance, Stepper
-
-__all__ = ["AdaptiveStepper", "controlled_stepper"]
-
 
 _GIVEN = adaptive_coefficients(0, REST)  # what is read here lies before all of other sizes
 

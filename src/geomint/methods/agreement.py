@@ -14,8 +14,6 @@ from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.status import OK
 from .stepper import Stepper
 
-__all__ = ["check_agreement"]
-
 SHORT = 0.25  # of a step: implicit ones have fewer iterations then
 FEW = 40  # rows up to which a step in plain Python takes no time that one would notice
 _agreeing: set[tuple[str, ...]] = set()

@@ -18,9 +18,6 @@ from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
 
-__all__ = ["lane_field", "no_clock", "takes_lanes"]
-
-
 Work = namedtuple("Work", "y out work padding")
 
 

@@ -8,8 +8,6 @@ from ..problems.problem import Problem
 from .method import Method, Start, fitting
 from .stepper import Stepper
 
-__all__ = ["Exact"]
-
 
 @dataclass(frozen=True, repr=False)
 class Exact(Method):

@@ -20,14 +20,6 @@ from .bound_forms import field_of, unrolled
 from .method import Method, Start
 from .stepper import Stepper
 
-__all__ = [
-    "RungeKutta",
-    "explicit_tableau",
-    "fixed_step_numbers",
-    "step_fraction",
-    "tableau_of",
-]
-
 T = TypeVar("T")
 
 # The order of the tableau decides how far a step may reach (a stated rule, not an error bound).

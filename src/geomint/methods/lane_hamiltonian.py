@@ -17,8 +17,6 @@ from .binding import takes_lanes
 from .bound_forms import hamiltonian_of
 from .method import Start
 
-__all__ = ["lane_hamiltonian"]
-
 Work = namedtuple("Work", "q p first second work result")
 
 

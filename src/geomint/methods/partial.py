@@ -22,17 +22,6 @@ from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..problems.problem import Problem
 from .stepper import Advance, Stepper, filled_block
 
-__all__ = [
-    "Found",
-    "Nodes",
-    "PartialSteps",
-    "driven",
-    "inside_of",
-    "own_blocks",
-    "polynomial_of",
-    "rounding",
-]
-
 
 def rounding(time: Array | float) -> Array:
     """Return how far apart two times may be that are meant to be the same."""

@@ -15,8 +15,6 @@ from .bound_forms import hamiltonian_of
 from .method import Method, Start, iteration_tolerance
 from .stepper import Stepper
 
-__all__ = ["Rattle"]
-
 MAX_UNROLLED_ROWS = 9
 MAX_UNROLLED_CONSTRAINTS = 3
 

@@ -1,7 +1,5 @@
 """Runge–Kutta–Munthe-Kaas methods on the group-action form."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,8 +27,6 @@ from .bound_forms import action_of, group_sizes, maps_of, unrolled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
 from .method import Method, Start
 from .stepper import Stepper
-
-__all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
 
 COORDINATES = ("exp", "cayley")
 MAPS = {"exp": "exponentials", "cayley": "Cayley maps"}

@@ -8,8 +8,6 @@ from ..problems.declaration import Kept, check_problem, functions_of
 from .method import Method, Start
 from .stepper import Stepper
 
-__all__ = ["keep_started", "started"]
-
 MOST = 16  # steppers that a problem keeps
 
 

@@ -1,7 +1,5 @@
 """Text as LaTeX: what pdfLaTeX and BibTeX of any age read, in plain ASCII."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 

@@ -4,8 +4,6 @@ They lie in ``literature.toml``, a table each under the name that it has here; m
 which are theirs.
 """
 
-from __future__ import annotations
-
 import tomllib
 import typing
 from pathlib import Path

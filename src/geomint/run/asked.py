@@ -1,7 +1,5 @@
 """What is asked of a run, and what of it makes no sense: the same for runs with steps and without."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..arguments import Array, switch, whole
@@ -10,8 +8,6 @@ from ..problems.problem import Problem
 from .restart import Restart
 from .solution import Solution
 from .timeline import Timeline, evaluation_times
-
-__all__ = ["check_counts", "check_switches", "restart_of", "wanted_times", "wants_clock"]
 
 
 def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:

@@ -1,7 +1,5 @@
 """Runs that begin anew, with a shorter step, until errors are what they shall be."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -29,8 +27,6 @@ from .local_error import Ranked
 from .promise import FEW_STEPS, MOST_STEPS, STRICTER, UNEVEN, Setting
 from .second import longer
 from .solution import Solution
-
-__all__ = ["begun_anew"]
 
 LONGEST = 4  # times as many steps as the first run had, or `MOST_STEPS`
 ATTEMPTS, FAILURES = 14, 9  # runs with shorter steps, and those that may fail

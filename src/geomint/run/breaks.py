@@ -5,8 +5,6 @@ is the same. A stretch ends `GAP` roundings before it, so that no sum of a time 
 more, and the next begins one rounding behind it.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any
@@ -20,8 +18,6 @@ from .integrator import Integrator
 from .restart import Restart
 from .solution import Solution
 from .timeline import GAP, Timeline, counted, ending, reached_by
-
-__all__ = ["breaks_of", "divided"]
 
 APART = 4 * GAP  # roundings: times that are nearer to each other are the same
 

@@ -1,7 +1,5 @@
 """What a user's function is told between the chunks of a run, which it may end."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -11,8 +9,6 @@ import numpy as np
 from ..arguments import Array
 from ..errors import DomainError, WatcherError, shortened
 from ..kernels.compiling.sameness import Compared
-
-__all__ = ["Callback", "Ending", "Reached", "asked_to_end", "check_callback"]
 
 
 @dataclass(frozen=True, eq=False)

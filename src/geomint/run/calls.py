@@ -1,7 +1,5 @@
 """What `geomint.solve` does not take, and what to write instead: for users of other solvers."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable, Mapping
@@ -10,8 +8,6 @@ from typing import Any, ParamSpec, TypeVar
 from ..errors import ArgumentError, nearest, quoted
 from ..problems.problem import Problem
 from .solution import Solution
-
-__all__ = ["explained"]
 
 P = ParamSpec("P")
 R = TypeVar("R")

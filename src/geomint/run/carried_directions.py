@@ -1,7 +1,5 @@
 """Directions that steps carry along, eight at once: the same steps in numbers with derivatives."""
 
-from __future__ import annotations
-
 import copy
 import math
 from typing import Any
@@ -16,8 +14,6 @@ from ..kernels.solve.fixed_point import SMALLEST
 from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..methods.stepper import Advance, Stepper
 from ..methods.tangent import AT_ONCE, tangent_type
-
-__all__ = ["PIECE", "CarriedDirections", "columns"]
 
 PIECE = 100  # steps after which all are where the first is, and Ctrl-C is seen
 

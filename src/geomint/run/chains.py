@@ -16,8 +16,6 @@ from ..errors import DomainError
 from ..problems.problem import Problem
 from .level import Level
 
-__all__ = ["Chains", "Target"]
-
 PILOT, PILOTS = 50, 4  # moves while the frame and the size of steps are adapted, and how often
 ACCEPTANCE = 0.35
 LENGTHS, CHOSEN = (1.0, 0.25, 0.0625), (0.8, 0.1, 0.1)  # of steps, for where a level bends sharply

@@ -1,10 +1,6 @@
 """One line on a terminal while functions are compiled: how many, and how long it will take."""
 
-from __future__ import annotations
-
 import sys
-
-__all__ = ["CompilingLine"]
 
 _USUAL = 1.2  # seconds a function, before any has been compiled
 

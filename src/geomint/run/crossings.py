@@ -1,7 +1,5 @@
 """Along a run: where events happen, as its steps come in, and which of them ends it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Dense output: states of a run at any times of it, afterwards."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +12,6 @@ from ..methods import Method, Start
 from ..methods.partial import Nodes, PartialSteps
 from ..methods.started import started
 from ..problems.problem import Problem
-
-__all__ = ["DenseOutput", "Kept", "Output"]
 
 
 @dataclass(frozen=True, eq=False)

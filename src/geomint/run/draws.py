@@ -11,8 +11,6 @@ and only if the step back is found in the same way, without which the chain woul
 Gradients come from differences: what they are off by, some 1e-10, moves the density by as much.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -23,8 +21,6 @@ from ..problems.at_states import evaluator
 from ..problems.problem import Problem
 from .chains import Chains, Target
 from .level import Level, kept_values, on_level, settled_states
-
-__all__ = ["draw_states"]
 
 CHAINS = 64  # at least: by their spread the length of all is chosen
 

@@ -4,8 +4,6 @@ Between chunks the saved states are handed out, progress is shown and Ctrl-C is 
 a run do not depend on the size of the chunks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -15,8 +13,6 @@ from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.status import OK
 from .integrator import Integrator
 from .recorder import Account, Recorder
-
-__all__ = ["drive"]
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64  # steps, before it is known what one takes

@@ -7,8 +7,6 @@ the difference is the error itself. A state within the first step has been reach
 and is compared with one that more, still shorter ones lead to.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Events: functions of the state whose changes of sign a run looks for."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Callable
@@ -14,8 +12,6 @@ from ..errors import DomainError, nearest
 from ..kernels.compiling.recorded import Recorded, observable
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
-
-__all__ = ["DIRECTIONS", "Event", "choose_events", "component", "event", "quantity"]
 
 DIRECTIONS = {"both": 0, "up": 1, "down": -1}
 EXPECTED = "names of components and quantities, geomint.Event, or a mapping of names to these"

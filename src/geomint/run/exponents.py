@@ -18,8 +18,6 @@ from .files.outputs import whole_file
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["BLOCKS", "Lyapunov", "standard_errors"]
-
 BLOCKS = 64  # parts of a run that have samples at their ends; half as many tell the errors
 ENOUGH = np.log(100.0) + 1.0  # before a hundred characteristic times nothing is called regular
 

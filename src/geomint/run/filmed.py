@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from ..plots.view import View
     from .solution import Solution
 
-__all__ = ["write_film"]
-
 SECONDS = 12.0  # of a film whose speed is not given
 SLOW = 0.35  # of a turn a second, of a film whose speed is not given
 FAST = 1.0 / 6.0  # of a turn between frames: what turns faster is not seen to turn so

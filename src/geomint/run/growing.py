@@ -1,7 +1,5 @@
 """Directions that grow along a run: the steps, and what is noted of them on the way."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..arguments import Array
@@ -12,8 +10,6 @@ from ..kernels.tangent.exponents import growth_sweep
 from ..methods.carried import Carried
 from ..methods.stepper import Advance, Stepper
 from .exponents import Lyapunov, standard_errors
-
-__all__ = ["Growing"]
 
 ROUNDING = 2.0**-52  # of a direction's length a step: parts of a run may share its sign
 

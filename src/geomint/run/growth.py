@@ -6,8 +6,6 @@ their difference is taken for the error. Else the error is a √(r^p − 1)th of
 long, and not an (r^p − 1)th: steps that meet a tolerance are often too long to err as their order says.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

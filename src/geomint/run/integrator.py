@@ -26,8 +26,6 @@ from .restart import Restart
 from .timeline import MOST_STEPS, Timeline, check_advance
 from .watched_steps import PIECE as RANKED, WatchedSteps
 
-__all__ = ["Integrator"]
-
 BATCH = 1 << 16  # steps between which Ctrl-C is seen
 
 

@@ -15,8 +15,6 @@ from ..problems.problem import Problem
 from ..problems.spaces.conditions import both, written
 from .way_back import WayBack, way_back
 
-__all__ = ["Level", "kept_values", "on_level", "settled_states", "states_on_level"]
-
 ROUNDING = 1e-14  # of the sizes of terms: below that their sum says nothing
 NEAR_ENOUGH = 1e-11  # of the size of a quantity
 ATTEMPTS = 8  # at every state, before there are none

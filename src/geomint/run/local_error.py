@@ -31,18 +31,6 @@ if TYPE_CHECKING:
     from .integrator import Integrator
     from .second import Second
 
-__all__ = [
-    "COARSE",
-    "DOUBT",
-    "FINE",
-    "SURE",
-    "EndError",
-    "LocalError",
-    "Ranked",
-    "promised",
-    "tell_errors",
-]
-
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 DOUBT = 12.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
 SHORTER = "give a shorter one, such as geomint.solve takes with a tolerance"

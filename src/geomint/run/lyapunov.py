@@ -1,7 +1,5 @@
 """Lyapunov exponents of a run: how fast neighbouring motions part."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -24,8 +22,6 @@ from .step_notes import integral_off, tell_lost
 from .tangent_flow import started
 from .timeline import Timeline
 from .watched_steps import WatchedSteps, tell_fastest
-
-__all__ = ["lyapunov"]
 
 APART = 0.1  # of a characteristic time: directions are made orthonormal as often
 EARLY = 200  # samples at even intervals of log t

@@ -4,8 +4,6 @@ Drift reports, comparisons and stress tests carry out their runs here. A run tha
 other; Ctrl-C ends all that are left.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Callable, Iterable
@@ -14,8 +12,6 @@ from typing import TypeVar
 
 from ..errors import GeomintError, StepError
 from .solution import Solution
-
-__all__ = ["Outcome", "attempt", "run_many"]
 
 T = TypeVar("T")
 

@@ -9,8 +9,6 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
-__all__ = ["Events", "Met"]
-
 
 class Events(dict[str, "Met"]):
     """The events of a run by name; one that is not there is told with those that are."""

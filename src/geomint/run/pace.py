@@ -1,13 +1,9 @@
 """Whether physical time, integrated beside a problem in τ, will get to its end."""
 
-from __future__ import annotations
-
 import math
 
 from ..errors import ClockError
 from .timeline import MOST_STEPS
-
-__all__ = ["Pace"]
 
 FIRST = 512  # steps after which there is a pace
 

@@ -11,8 +11,6 @@ own: the *boundary* of the section. Known are
   about that axis; w is along the meridian, ``p = ℓ/√(1−c²) e_φ + w e_φ × γ``.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple, Protocol
 
 import numpy as np

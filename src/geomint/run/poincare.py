@@ -1,7 +1,5 @@
 """Poincaré sections: motions are followed until each has crossed a surface so many times."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -22,8 +20,6 @@ from .section import Section, SectionStatus
 from .solution import Solution
 from .solve import solve
 from .watched_steps import MORE
-
-__all__ = ["poincare_section"]
 
 FIRST_PIECE, PIECE = 1 << 12, 1 << 17  # steps between which points are counted
 PATIENCE = 10**6  # steps without a point after which no more are expected

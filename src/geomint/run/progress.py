@@ -15,8 +15,6 @@ from ..errors import SpeedWarning, tell
 from ..kernels.compiling.clock import running_clock
 from .compiling_line import CompilingLine
 
-__all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]
-
 _DELAY = 1.0
 WHEN_RUNNING: list[Callable[[], object]] = []  # called, once, when the next run has begun
 HOUR, DAY = 3600.0, 86400.0

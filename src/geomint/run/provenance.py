@@ -1,7 +1,5 @@
 """Where a result comes from: everything that is needed to get it again."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

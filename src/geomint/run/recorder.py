@@ -1,7 +1,5 @@
 """The recorder: gathers saved states and observations while a run goes on."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -27,8 +25,6 @@ from .second import Second
 from .solution import Solution
 from .timeline import Timeline
 from .wanted import Wanted, tell_missed
-
-__all__ = ["Account", "Recorder"]
 
 NEVER = 2**40  # steps
 

@@ -1,15 +1,11 @@
 """What a run leaves behind, so that it can go on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
-
-__all__ = ["Restart"]
 
 _NO_TIMES, _NO_STATES = np.zeros(0), np.zeros((0, 0))
 

@@ -1,7 +1,5 @@
 """What a run leaves, as data: states, drifts, costs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
@@ -19,8 +17,6 @@ from .local_error import EndError, LocalError, Ranked
 from .met import Events, Met
 from .restart import Restart
 from .stored import Found, StoredMethod, StoredProblem
-
-__all__ = ["Result", "Status", "StepSizes"]
 
 Status = Literal["success", "interrupted", "failed", "not finite"]
 

@@ -9,8 +9,6 @@ import numpy as np
 from ..arguments import Array
 from ..methods.partial import rounding
 
-__all__ = ["Saved", "merged"]
-
 
 class Saved(NamedTuple):
     """States, one a row, with the clock's row where there is one, and the problem's own times."""

@@ -5,8 +5,6 @@ errs r^p times as much, so that the difference of both ends is r^p − 1 times t
 (L. F. Richardson).
 """
 
-from __future__ import annotations
-
 import threading
 
 from ..arguments import Array
@@ -16,8 +14,6 @@ from ..methods.partial import rounding
 from ..methods.stepper import NOTHING, Stepper
 from .integrator import Integrator
 from .timeline import Timeline
-
-__all__ = ["Second", "longer"]
 
 LONGER, MORE = 1.37, 10.0  # times the step, at most: both meet at their ends only; times the error
 LONG = 300  # steps from which on another core is worth while

@@ -25,8 +25,6 @@ from .plane import Boundary, Plane, boundary, plane_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Section", "SectionStatus"]
-
 
 SectionStatus = Literal["success", "interrupted", "incomplete", "failed"]
 

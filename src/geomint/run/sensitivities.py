@@ -1,7 +1,5 @@
 """How the end of a run depends on where it began and on the parameters of its problem."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -22,8 +20,6 @@ from ..problems.evaluate import derivative, observable_of, value
 from ..problems.problem import Problem
 from ..problems.shown import Shown
 from .tangent_flow import tangent_flow
-
-__all__ = ["Quantity", "Sensitivities", "sensitivities"]
 
 WIDEST, HALVINGS, TRIES = 0.1, 4, 6  # differences over a tenth of a parameter, and over less
 WIDER = 16.0  # over so much more, where a parameter is tiny beside what it is added to

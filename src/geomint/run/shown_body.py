@@ -1,7 +1,5 @@
 """What pictures show of a body: a direction in it on the sphere, its attitude, its contact point."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +13,6 @@ from ..problems.spaces.space import Space
 from ..problems.spaces.stiefel import Orthonormal
 from ..problems.spaces.tangent_bundle import TangentBundle
 from .stretch import Stretch
-
-__all__ = ["Direction", "direction_of", "has_path", "path_along"]
 
 
 @dataclass(frozen=True)

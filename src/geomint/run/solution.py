@@ -25,8 +25,6 @@ from .variables import to_dataframe, to_xarray, variables_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Solution", "told_errors"]
-
 
 @dataclass(repr=False, eq=False)
 class Solution(Shown, Pictures, Result):

@@ -1,7 +1,5 @@
 """`solve`: integrate a problem from an initial state."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -49,8 +47,6 @@ from .step_notes import (
 )
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
-
-__all__ = ["solve"]
 
 CHOSEN = ("problem", "y0", "method", "step", "tolerance", "breaks")  # arguments before a run
 AS_NEW = "begin a new run from the last state, whose step is chosen anew"

@@ -1,7 +1,5 @@
 """What a run says of its step: that it was not taken, or is longer than makes sense."""
 
-from __future__ import annotations
-
 import math
 
 from ..arguments import Array

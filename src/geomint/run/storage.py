@@ -33,8 +33,6 @@ going on does, looks their functions up by a pickle, unless they are those of a 
 is for files that you trust.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re
@@ -65,8 +63,6 @@ from .result import Result, StepSizes
 from .solution import Solution
 from .stored import StoredMethod, StoredProblem
 from .variables import WINDOWS, Variable, variables_of
-
-__all__ = ["load", "save_solution"]
 
 _FORMAT = "geomint-run-3"
 _NO_CHECKSUM = "0" * 64

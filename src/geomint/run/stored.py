@@ -18,8 +18,6 @@ from ..problems.spaces.pieces import piece_slices
 from ..problems.systems import find_system
 from ..problems.units import unit_among
 
-__all__ = ["Found", "Stored", "StoredMethod", "StoredProblem"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stored(Compared):

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from .result import Result
     from .solution import Solution
 
-__all__ = ["MOST", "Stretch", "stretch_of", "with_times"]
-
 NEAR = 1.0 / 1000.0  # of the range of a piece: as far as a joining line may be from the motion
 MOST = 8_000  # samples of a picture: some hundred turns
 FEW_STEPS = 50_000  # of a run: states after them are looked at for lines

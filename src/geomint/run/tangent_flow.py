@@ -1,7 +1,5 @@
 """The exact derivative of a numerical flow: steps in numbers that carry their derivatives."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,8 +17,6 @@ from ..problems.problem import Problem
 from .carried_directions import CarriedDirections, columns
 from .solve import solve
 from .timeline import Timeline, plan_timeline
-
-__all__ = ["TangentFlow", "started", "tangent_flow"]
 
 
 @dataclass(frozen=True, eq=False)

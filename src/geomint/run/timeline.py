@@ -1,7 +1,5 @@
 """When a run ends and how long its steps are."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -14,19 +12,6 @@ from ..methods.method import Method
 from ..problems.evaluate import Rate, rates_of, value_of
 from ..problems.problem import Problem
 from .restart import Restart
-
-__all__ = [
-    "GAP",
-    "MOST_STEPS",
-    "Timeline",
-    "before_breaks",
-    "check_advance",
-    "counted",
-    "ending",
-    "evaluation_times",
-    "plan_timeline",
-    "reached_by",
-]
 
 MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
 GAP = 4  # roundings before a break: one of i h, one of N h, two of sums with them

@@ -17,15 +17,6 @@ from ..watch.drift import Drift
 if TYPE_CHECKING:
     from .result import Result
 
-__all__ = [
-    "Variable",
-    "optional",
-    "time_of",
-    "to_dataframe",
-    "to_xarray",
-    "variables_of",
-]
-
 WINDOWS = {"times": "mean time of a window", "means": "mean deviation from the first value",
            "maxima": "largest |deviation|"}  # fmt: skip
 ENDINGS = {"times": "_time", "means": "_mean", "maxima": "_maximum"}

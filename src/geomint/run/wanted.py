@@ -1,15 +1,11 @@
 """States at the times that were asked for, beside the steps of a run."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..arguments import Array
 from ..errors import LeftOutWarning, tell
 from ..methods.partial import Found, Nodes, PartialSteps
 from .saved import Saved
-
-__all__ = ["Wanted", "tell_missed"]
 
 
 def tell_missed(missed: int, last: float, reached: float) -> None:

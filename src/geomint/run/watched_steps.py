@@ -17,8 +17,6 @@ from .local_error import DOUBT, SURE, LocalError, Ranked, promised, tell_errors
 if TYPE_CHECKING:
     from .integrator import Integrator
 
-__all__ = ["MORE", "PIECE", "WatchedSteps", "fastest_of", "tell_fastest"]
-
 LONG = 1000  # steps that are ranked whenever a motion begins anew: it costs them nothing
 TIMES = 8.0  # characteristic times: a turn of a motion that seemed faster than it is
 MANY = 9  # steps of the longest window of ranks

@@ -1,7 +1,5 @@
 """The way back to a level, along ways that are given, for many states at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -15,8 +13,6 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.back_along import BACK_ALONG, scratch_of
 from ..methods.stepper import filled_block
 from ..problems.problem import Problem
-
-__all__ = ["WayBack", "way_back"]
 
 WayBack = Callable[[Array, Array, Array, float], tuple[Array, npt.NDArray[np.bool_]]]
 

@@ -1,7 +1,5 @@
 """The methods: Gauss collocation, and explicit ones as baselines."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

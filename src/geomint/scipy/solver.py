@@ -1,7 +1,5 @@
 """Solvers with steps of one length, as `scipy.integrate.solve_ivp` drives them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -4,8 +4,6 @@ Fields of geomint are loops over blocks and have the kernels of `geomint.kernels
 SciPy's users returns an array and may do anything, so here a stage is an array operation.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any

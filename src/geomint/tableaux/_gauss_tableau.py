@@ -1,7 +1,5 @@
 """Gauss collocation tableaux, whose float64 coefficients stay symplectic and symmetric."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction

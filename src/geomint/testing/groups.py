@@ -1,7 +1,5 @@
 """What every group that acts on states has."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..arguments import Array, whole

@@ -1,7 +1,5 @@
 """How a property that does not hold is said."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any, TypeVar, cast

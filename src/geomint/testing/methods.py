@@ -1,7 +1,5 @@
 """What every method has."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

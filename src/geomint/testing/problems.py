@@ -1,7 +1,5 @@
 """What every problem has."""
 
-from __future__ import annotations
-
 import functools
 import warnings
 from collections.abc import Iterator

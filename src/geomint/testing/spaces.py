@@ -1,7 +1,5 @@
 """What every space of states has."""
 
-from __future__ import annotations
-
 import contextlib
 import pickle
 import warnings

@@ -1,7 +1,5 @@
 """What every watcher has."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 from typing import Any

@@ -4,8 +4,6 @@ A peer gets the field of a problem as its source says it, compiled or traced, an
 geomint: its tolerances, formulation and mode are its own best ones.
 """
 
-from __future__ import annotations
-
 from ...errors import DomainError, nearest
 from .diffrax_peer import DIFFRAX
 from .heyoka_peer import HEYOKA

@@ -1,7 +1,5 @@
 """diffrax's Dopri8 in JAX, in double precision (P. Kidger, thesis, Oxford 2021)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

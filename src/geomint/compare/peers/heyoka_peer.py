@@ -1,7 +1,5 @@
 """heyoka: adaptive Taylor series, compiled (F. Biscani, D. Izzo, MNRAS 504 (2021) 2614)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

@@ -1,7 +1,5 @@
 """lielab's Runge–Kutta–Munthe-Kaas method of Verner's 8(7) pair on SO(3)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

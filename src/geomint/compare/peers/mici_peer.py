@@ -1,7 +1,5 @@
 """Mici's constrained leapfrog: RATTLE with a Newton iteration, in NumPy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

@@ -1,7 +1,5 @@
 """What a peer is: a package that integrates a problem to an end, at a tolerance or a step."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -13,8 +11,6 @@ from ...arguments import Array
 from ...errors import GeomintError
 from ...problems.deviation import sizes_of
 from ...problems.problem import Problem
-
-__all__ = ["End", "Motion", "Peer", "PeerError", "Ready"]
 
 
 class PeerError(GeomintError):

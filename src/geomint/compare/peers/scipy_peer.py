@@ -1,7 +1,5 @@
 """SciPy's DOP853 and LSODA, whose steps are compiled, on the compiled field."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from functools import partial

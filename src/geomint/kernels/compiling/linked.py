@@ -13,8 +13,6 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-__all__ = ["Linked", "linked"]
-
 PASSES = 2  # over linked code: what one inlines the next simplifies; steps on SO(n) gain 15 %
 
 # Of numba's own, not promised to anyone; without them functions are compiled as numba does.

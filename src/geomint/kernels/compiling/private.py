@@ -9,8 +9,6 @@ from pathlib import Path
 
 import platformdirs
 
-__all__ = ["cache_root", "private_folder"]
-
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 

@@ -24,8 +24,6 @@ from .code import described
 from .sameness import Compared, contents
 from .walk import Wrapped
 
-__all__ = ["Sendable", "cloudpickle", "kept", "received", "sent"]
-
 OTHER = "is another one here: expected the same version of it"
 MOST_KEPT = 2**18  # bytes; of these a process that receives others all the time keeps 256
 

@@ -23,8 +23,6 @@ import numpy as np
 
 from .code import CONSTANTS, Path, constant, described, framed
 
-__all__ = ["KERNELS", "MISSING", "Walk", "Wrapped", "content_of", "home_of"]
-
 MISSING: Any = object()
 LIBRARIES = {"numpy", "numba", "llvmlite"}  # their versions are part of the cache folder's name
 KERNELS = __name__.rsplit(".", 2)[0]  # so are the sources of this package

@@ -22,8 +22,6 @@ from .compensated import add_compensated
 from .status import OK, STEP_TOO_SMALL, Step, Steps
 from .step_control import error_size, logarithm, next_factor, retry_factor
 
-__all__ = ["adaptive_coefficients", "adaptive_memory", "adaptive_stepper", "adaptive_work"]
-
 Coefficients = namedtuple(
     "Coefficients", "rtol atol max_step end order estimates reuse pieces numbers"
 )

@@ -25,22 +25,6 @@ from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, plain, select
 from .status import NOT_CONVERGED, NOT_FINITE
 
-__all__ = [
-    "BEGINNING",
-    "COARSE",
-    "ROUNDINGS",
-    "SMALLEST",
-    "failure",
-    "finite",
-    "inverse_size",
-    "kept_up",
-    "larger",
-    "no_contraction",
-    "rounding_left",
-    "solved",
-    "solved_by_newton",
-]
-
 BEGINNING = 1e300  # the change before the first, and what no change may reach
 SMALLEST = 1e-200  # sizes below count as this: their inverse is a number, and so are changes
 COARSE = 2.0**-10  # below, sizes are known to a part in a thousand and stay

@@ -13,8 +13,6 @@ Stages are in lanes, the first in lane 0 and the last in lane 7; lanes between t
 have zero weights and stay at (q, p).
 """
 
-from __future__ import annotations
-
 import functools
 from collections import namedtuple
 from typing import Any

@@ -6,8 +6,6 @@ before extrapolates to. Of other methods differences of the last states are take
 steps.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 from ..compiling.recorded import helper, inlined

@@ -1,7 +1,5 @@
 """RATTLE for any Hamiltonian on an embedded constraint manifold; it need not be separable."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections import namedtuple

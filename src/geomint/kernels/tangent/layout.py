@@ -10,19 +10,6 @@ from typing import Any
 from ..compiling.recorded import inlined
 from ..numbers.blocks import REST, Block, packed, scalar_block, section, sections
 
-__all__ = [
-    "Kept",
-    "Sizes",
-    "Work",
-    "given_block",
-    "kept_block",
-    "kept_layout",
-    "lanes_for",
-    "pieces_of",
-    "sizes_of",
-    "work_layout",
-]
-
 # Rows of the problem's state, of the stepper's; conditions; directions, how many of them a step
 # carries at once; rows of the stepper's memory, and from which on they are stages in lanes; rows of
 # scratch of the problem.

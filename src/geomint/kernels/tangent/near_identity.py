@@ -5,8 +5,6 @@ from ..numbers.arithmetic import NAN, fma, log, sqrt, total
 from ..numbers.blocks import as_lanes
 from .layout import lanes_for
 
-__all__ = ["log_one_plus", "log_volume", "small"]
-
 SMALL = 0.5  # the norm of S: below that the ones are kept apart
 
 

@@ -1,14 +1,10 @@
 """How a tolerance is met: what is expected of the run, and why."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple, Self
 
 from ...errors import EndWarning, tell
 from ..local_error import LocalError
-
-__all__ = ["Accuracy"]
 
 DOUBT = 3.0  # times the tolerance: what is expected to be more, or steps add up to, is said
 MISSED = 10.0  # times the tolerance: so is an error that a finer run has found

@@ -1,7 +1,5 @@
 """What a stretch of the motion shows of an adaptive method: two runs at different local tolerances."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -14,8 +12,6 @@ from ...methods.method import Start
 from ...problems.evaluate import rates_of
 from ..integrator import Integrator
 from .stretch import SAMPLES, Motion, Stretch, compared
-
-__all__ = ["adaptive_stretch", "at_tolerance"]
 
 FINER = 16.0  # times smaller tolerances
 

@@ -6,8 +6,6 @@ eccentricity 0.7 takes about as long in both times, one of 0.98 a tenth to a fif
 (`benchmarks/another_time.py`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,8 +21,6 @@ from ...watch.functions import Function
 from ...watch.observe import choose_watchers
 from ..events import choose_events, quantity
 from ..promise import Setting
-
-__all__ = ["better", "in_another_time"]
 
 LONG = 1e6  # iterations of a run: of shorter ones trials in the other time save nothing
 UNEVEN = 25.0  # times the step: characteristic times in the mean

@@ -1,7 +1,5 @@
 """What `geomint.solve` is asked for with a tolerance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -20,8 +18,6 @@ from .another_time import better, in_another_time
 from .auto import auto_method, is_auto
 from .choose import Wanted, choose
 from .stretch import Motion
-
-__all__ = ["TOO_LONG", "choose_for"]
 
 # What a step that is too long may end in; only on the way, where the motion is faster than before.
 TOO_LONG = (ConvergenceError, NonFiniteError, StepSizeError)

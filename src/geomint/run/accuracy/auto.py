@@ -8,8 +8,6 @@ would err hundreds of times less than was asked for, for nearly the same work. O
 that was the fastest of all families; measured: `benchmarks/tolerance.py`.
 """
 
-from __future__ import annotations
-
 import functools
 
 from ...errors import MethodError
@@ -20,8 +18,6 @@ from ...methods.rattle import Rattle
 from ...methods.rkmk import RKMK
 from ...methods.splitting import Verlet
 from ...problems.problem import Problem
-
-__all__ = ["AUTO", "auto_method", "is_auto"]
 
 AUTO = "auto"
 # From which tolerance on how many stages are enough, and orders of compositions.

@@ -1,7 +1,5 @@
 """From a tolerance to a method with its options, and a step."""
 
-from __future__ import annotations
-
 import functools
 import math
 import threading

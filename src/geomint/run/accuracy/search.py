@@ -5,15 +5,11 @@ trial to the next the setting changes by the power of the error that the method'
 that which the last two trials showed. A run that then errs by more begins anew.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from .stretch import Stretch
-
-__all__ = ["Search", "Trial"]
 
 MOST = 8  # trials
 SEEN = 1e-13  # errors of a stretch that are clearly more than its roundings

@@ -6,8 +6,6 @@ Richardson). Where the order is not seen yet the difference is the error itself,
 from it.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 from dataclasses import dataclass
@@ -24,8 +22,6 @@ from ...methods.partial import driven, own_blocks
 from ...methods.stepper import Stepper
 from ...problems.problem import Problem
 from ..local_error import COARSE, FINE
-
-__all__ = ["SAMPLES", "Motion", "Stretch", "compared", "extrapolated", "stretch"]
 
 SAMPLES = 16  # meetings of a stretch, at most twice as many
 LARGEST = 0.1  # relative: what differs by more says nothing

@@ -1,7 +1,5 @@
 """`solve_ensemble`: integrate many members, of one problem or of several."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -23,8 +21,6 @@ from .place import place_for
 from .readings.spelled import chosen_readings
 from .result import Ensemble
 from .spread import checked_executor, checked_workers, first_look, spread
-
-__all__ = ["solve_ensemble"]
 
 
 @explained

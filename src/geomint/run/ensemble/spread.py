@@ -1,7 +1,5 @@
 """Members spread over threads of this process, or over the workers of an executor."""
 
-from __future__ import annotations
-
 import contextlib
 from collections import deque
 from collections.abc import Callable, Iterator

@@ -14,8 +14,6 @@ from .path import ExactPath
 from .polynomials import points_of
 from .roots import Found, Roots
 
-__all__ = ["ExactCrossings"]
-
 # Pieces that are looked at together: few at first, where an event may end it.
 FIRST, MOST = 32, 1024
 SEEN = 1e-9  # of a piece: nearer to where a run goes on it is what ended it

@@ -28,8 +28,6 @@ from ..wanted import tell_missed
 from .crossings import ExactCrossings
 from .path import ExactPath, Following
 
-__all__ = ["ROUTE", "ExactRun", "check_no_steps"]
-
 ROUTE = "exact flow"
 NONE = "the exact flow takes no steps"
 

@@ -7,8 +7,6 @@ import numpy as np
 
 from ...arguments import Array, Booleans
 
-__all__ = ["DEGREE", "Judged", "judged", "points_of", "polynomial"]
-
 DEGREE = 8
 DECAY = 2.0**-6  # of the largest coefficient: are the last two larger, the polynomial says nothing
 MARGIN = 2.0  # of the last two, for what is left out

@@ -20,8 +20,6 @@ import numpy as np
 from ...arguments import Array, Booleans, Integers
 from .polynomials import judged, points_of, polynomial
 
-__all__ = ["MOST_IN_PIECE", "Failure", "Found", "Roots"]
-
 Values = Callable[[Array], Array]
 
 MOST_IN_PIECE = 64  # roots

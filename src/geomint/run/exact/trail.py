@@ -14,8 +14,6 @@ from .crossings import ExactCrossings
 from .follow import check_no_steps
 from .path import ExactPath
 
-__all__ = ["ExactTrail"]
-
 PATIENCE = 10**5  # pieces without a point after which no more are expected
 
 

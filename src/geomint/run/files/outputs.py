@@ -6,8 +6,6 @@ place, the last complete one wins. What a process that was killed has left there
 removes.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import stat
@@ -18,8 +16,6 @@ from pathlib import Path
 
 from ...errors import DomainError, OutputError, quoted
 from .workplace import alone, synced, undisturbed, workplace
-
-__all__ = ["check_file", "check_folder", "refused_as_output", "whole_file", "whole_folder"]
 
 PROBE = 4096  # bytes written to see whether anything can be
 

@@ -1,7 +1,5 @@
 """Places to write in: a folder of one process alone, taking turns, and moments without Ctrl-C."""
 
-from __future__ import annotations
-
 import errno
 import os
 import platform

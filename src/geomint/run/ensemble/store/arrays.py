@@ -1,7 +1,5 @@
 """The arrays of a store: made when they are first needed, found by what they are, widened."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from concurrent.futures import ThreadPoolExecutor

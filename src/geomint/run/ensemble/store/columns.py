@@ -1,7 +1,5 @@
 """What has become of members as columns of numbers and words, and back."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

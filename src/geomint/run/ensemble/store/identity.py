@@ -1,7 +1,5 @@
 """Which ensemble a store holds: all that the bits of its members depend on, and how two differ."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Look at the store of an ensemble, without the code of its problem."""
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import dataclass, field

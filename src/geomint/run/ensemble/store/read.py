@@ -1,7 +1,5 @@
 """What a store holds of members: read when it is asked for, not before."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar

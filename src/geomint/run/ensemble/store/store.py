@@ -5,8 +5,6 @@ array has its chunks along the members, one for each block, so that no two block
 status of a block's members is written last, when all else is on the disk: who finds it finds the rest.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -28,8 +26,6 @@ from .arrays import CHUNK, ROW, Arrays, needed_zarr
 from .columns import Column, columns_of, status_of, words_in
 from .identity import about, differences, identity, is_store
 from .read import StoredOutcome
-
-__all__ = ["Store", "store_at"]
 
 UNDONE = (NOT_RUN, INTERRUPTED)
 NAMED = 4096  # rows: of more nobody asks by name
