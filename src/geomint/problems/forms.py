@@ -175,7 +175,7 @@ class Splitting(Sendable):
 
 
 @observable
-def constant_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+def constant_density(params, t, y, work):
     """Return log 1."""
     return 0.0 * y[0]
 

@@ -5,7 +5,6 @@ Products of any two have the functions of both, one after another.
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 import numpy as np
 
@@ -25,13 +24,13 @@ Joined = namedtuple("Joined", "numbers algebra_rows rows first second")
 
 
 @inlined
-def joined_layout(numbers: int) -> Joined:
+def joined_layout(numbers):
     """Return the layout of a product's layout."""
     return Joined(1, 1, 1, numbers, REST)
 
 
 @inlined
-def parts_of(layout: Any) -> Any:
+def parts_of(layout):
     """Return the parts of a product's layout by name."""
     return sections(layout, joined_layout(int(section(layout, joined_layout(0), "numbers")[0])))
 
@@ -71,7 +70,7 @@ def _both(first: Group, second: Group, name: str, moves: bool) -> Recorded | Non
 def _one_after_another(f: Recorded, h: Recorded, moves: bool) -> Recorded:
     """Return the function of f and h, which write moves of states, or elements of the algebra."""
 
-    def product_map(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
+    def product_map(layout, x, y, out, work):
         both = parts_of(layout)
         m = int(both.algebra_rows[0])
         r = int(both.rows[0]) if moves else m
@@ -86,7 +85,7 @@ def _one_after_another(f: Recorded, h: Recorded, moves: bool) -> Recorded:
 def _extent(f: Recorded, h: Recorded) -> Recorded:
     """Return how far an element is from where the coordinates of either group end."""
 
-    def product_extent(layout: Any, u: Any, work: Any) -> Any:
+    def product_extent(layout, u, work):
         both = parts_of(layout)
         m = int(both.algebra_rows[0])
         rest = part(u, m, len(u) - m)

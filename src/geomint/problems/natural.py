@@ -1,7 +1,5 @@
 """Natural systems as splittings: a kick, and the free motion, which is straight or a great circle."""
 
-from typing import Any
-
 from ..kernels.compiling.recorded import Recorded, helper
 from ..kernels.groups.great_circle import great_circle, kick_along_sphere
 from ..kernels.numbers.blocks import part
@@ -34,7 +32,7 @@ def natural_in_space(acceleration: Recorded) -> Splitting:
     """
 
     @helper
-    def flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+    def flow(k, params, t, h, y, out, work):
         n = len(y) // 2
         if k == 0:
             acceleration(params, t, part(y, 0, n), part(out, n, n), work)
@@ -71,7 +69,7 @@ def natural_on_sphere(gradient: Recorded) -> Splitting:
     """
 
     @helper
-    def flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+    def flow(k, params, t, h, y, out, work):
         n = len(y) // 2
         if k == 0:
             gradient(params, t, part(y, 0, n), part(out, n, n), work)

@@ -29,7 +29,7 @@ def field_beside(f: Recorded, rate: Recorded, rows: int) -> Recorded:
 def generator_beside(f: Recorded, rate: Recorded, rows: int, algebra_rows: int) -> Recorded:
     """Return a generator with one more row, by which the group of `group_beside` moves the number."""
 
-    def beside(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def beside(params, t, y, out, work):
         state = fixed_rows(part(y, 0, rows), rows)
         f(params, t, state, fixed_rows(part(out, 0, algebra_rows), algebra_rows), work)
         out[algebra_rows] = rate(params, t, state, work)
@@ -85,12 +85,12 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
     rows = problem.rows
 
     def restricted(f: Recorded) -> Recorded:
-        def observed(params: Any, t: Any, y: Any, work: Any) -> Any:
+        def observed(params, t, y, work):
             return f(params, t, part(y, 0, rows), work)
 
         return observable(observed)
 
-    def value(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def value(params, t, y, work):
         return 1.0 * y[rows]
 
     def make_state(**components: Any) -> Array:

@@ -44,7 +44,7 @@ SLOWEST = 2.0**-40
 
 
 @helper
-def pace(weights: Any, sizes: tuple[int, ...], rates: Any) -> Any:
+def pace(weights, sizes, rates):
     """Return v^(−5/8), the weights of the pieces and ε being given."""
     squared = 0.0 * rates[0] + weights[len(sizes)]
     first = 0
@@ -228,7 +228,7 @@ def _speed(field: Recorded, sizes: tuple[int, ...], own: int) -> Recorded:
     """Return the clock "speed" of a field, whose parameters come first."""
     rows, pieces = sum(sizes), len(sizes)
 
-    def speed(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def speed(params, t, y, work):
         rates = part(work, 0, rows)
         field(part(params, 0, own), like(0.0, y[0]), y, rates, part(work, rows, len(work) - rows))
         return pace(part(params, own, pieces + 1), sizes, rates)
@@ -242,7 +242,7 @@ def _of_own(own: int | None, f: Recorded) -> Recorded:
     if own is None and not reads(f.function.__code__, 1):
         return f
 
-    def observed(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def observed(params, t, y, work):
         known = params if own is None else part(params, 0, own)
         return f(known, like(0.0, y[0]), y, work)
 
@@ -253,7 +253,7 @@ def _of_own(own: int | None, f: Recorded) -> Recorded:
 def _written(f: Recorded, own: int) -> Recorded:
     """Return a function that writes, with only the parameters it knows."""
 
-    def written(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def written(params, t, y, out, work):
         f(part(params, 0, own), like(0.0, y[0]), y, out, work)
 
     return named_as(written, f)
@@ -263,7 +263,7 @@ def _written(f: Recorded, own: int) -> Recorded:
 def _density(log_density: Recorded, rate: Recorded) -> Recorded:
     """Return log(μ/σ)."""
 
-    def density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def density(params, t, y, work):
         return log_density(params, t, y, work) - log(rate(params, t, y, work))
 
     return observable(density)
@@ -273,7 +273,7 @@ def _density(log_density: Recorded, rate: Recorded) -> Recorded:
 def _product(first: Recorded, second: Recorded) -> Recorded:
     """Return the product of two clocks."""
 
-    def product(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def product(params, t, y, work):
         return first(params, t, y, work) * second(params, t, y, work)
 
     return observable(product)
@@ -283,7 +283,7 @@ def _product(first: Recorded, second: Recorded) -> Recorded:
 def _scaled_field(f: Recorded, rate: Recorded, own: int) -> Recorded:
     """Return σ f."""
 
-    def scaled(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def scaled(params, t, y, out, work):
         f(part(params, 0, own), like(0.0, y[0]), y, out, work)
         sigma = rate(params, t, y, work)
         for i in range(len(out)):

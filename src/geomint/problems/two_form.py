@@ -1,7 +1,6 @@
 """The symplectic form that the flow of a problem keeps."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..kernels.compiling.recorded import Recorded, helper
 from ..kernels.compiling.sending import Sendable
@@ -9,7 +8,7 @@ from .forms import check_recorded, check_types
 
 
 @helper
-def canonical_form(params: Any, t: Any, y: Any, u: Any, v: Any, work: Any) -> Any:
+def canonical_form(params, t, y, u, v, work):
     """Return dq∧dp (u, v) = Σ_i u_qi v_pi − u_pi v_qi on states (q, p)."""
     n = len(y) // 2
     total = 0.0 * u[0]

@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ Function = Callable[[Array], Array]
 def both(first: Recorded, m: int, second: Recorded, k: int) -> Recorded:
     """Return the function that writes m conditions and then k others."""
 
-    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def conditions(params, t, y, out, work):
         first(params, t, y, part(out, 0, m), work)
         second(params, t, y, part(out, m, k), work)
 
@@ -35,7 +34,7 @@ def written(*observables: Recorded) -> Recorded:
     if others:
         return both(written(first), 1, written(*others), len(others))
 
-    def condition(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def condition(params, t, y, out, work):
         out[0] = first(params, t, y, work)
 
     condition.__name__ = first.function.__name__  # what "compiling …" says

@@ -66,7 +66,7 @@ def RigidMotions(n: int, names: tuple[str, str] = ("g", "r")) -> Space:  # noqa:
 def frame_orthogonality(n: int, first: int) -> Recorded:
     """Return the Frobenius norm of g gᵀ − 1, g from row `first` on."""
 
-    def orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def orthogonality(params, t, y, work):
         total = 0.0 * y[0]
         for i in range(n):
             for j in range(n):

@@ -303,7 +303,7 @@ class Space:
 def _vector_generator(generator: Recorded) -> Recorded:
     """Return the generator that writes a 3-vector by the hat map."""
 
-    def vector_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def vector_generator(params, t, y, out, work):
         generator(params, t, y, out, work)
         first = out[0]
         out[0] = -out[2]

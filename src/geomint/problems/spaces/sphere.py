@@ -106,7 +106,7 @@ class Sphere(Orthonormal):
 def product(n: int, first: int, second: int, less: float = 0.0) -> Recorded:
     """Return the observable (u, v) less a number, of the vectors of R^n from those rows on."""
 
-    def inner_product(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def inner_product(params, t, y, work):
         total = y[first] * y[second]
         for i in range(1, n):
             total += y[first + i] * y[second + i]

@@ -164,7 +164,7 @@ def gram(n: int, r: int, first: int, second: int) -> Recorded:
     On and above the diagonal, row after row; that is XVᵀ + VXᵀ off the diagonal, and XVᵀ on it.
     """
 
-    def gram_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    def gram_conditions(params, t, y, out, work):
         at = 0
         for i in range(0, r * n, n):
             for j in range(i, r * n, n):
@@ -186,7 +186,7 @@ def gram(n: int, r: int, first: int, second: int) -> Recorded:
 def gram_size(n: int, r: int, first: int, second: int) -> Recorded:
     """Return the length of XXᵀ − 1, or of XVᵀ + VXᵀ, on and above the diagonal."""
 
-    def size(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def size(params, t, y, work):
         total = 0.0 * y[first]
         for i in range(0, r * n, n):
             for j in range(i, r * n, n):
@@ -208,7 +208,7 @@ def gram_size(n: int, r: int, first: int, second: int) -> Recorded:
 def gram_constraint(n: int, r: int) -> Recorded:
     """Return the constraint of `geomint.Hamiltonian`."""
 
-    def constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    def constraint(params, q, g, G, work):
         at = 0
         for s in range(r):
             for u in range(s, r):
