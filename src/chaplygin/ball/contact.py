@@ -21,6 +21,7 @@ from geomint import part, section, sqrt
 from ..inertia import Inertia, parameters_of
 from ..literature import BALL
 from ..manifold import Array, triangle_rows
+from ..operators import after
 from .fields import ball_forms, ball_integrals, ball_parameters, opposite, turn
 from .momentum import ball_problem
 from .path import carried_path
@@ -50,7 +51,7 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
     def locate(params, y, work):
         """Return blocks (γ, g, ω, r, scratch)."""
         gamma, w = part(y, size, n), part(work, 0, size)
-        rest = part(work, size, len(work) - size)
+        rest = after(work, size)
         omega(n, section(params, rows, "omega"), part(y, 0, size), gamma, w, rest)
         return gamma, part(y, size + n, square), w, part(y, turning, n - 1), rest
 

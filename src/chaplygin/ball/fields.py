@@ -23,7 +23,7 @@ from geomint.problems.spaces.sphere import product
 from ..inertia import Inertia
 from ..integrable import inner
 from ..manifold import Array, skew_components, triangle_rows
-from ..operators import operator_entries
+from ..operators import after, operator_entries
 from .angular_velocity import (
     about_vertical,
     apply_to_gamma,
@@ -159,7 +159,7 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
     log_density = log_density_after(omega)
 
     def ball_velocity(params, y, work):
-        k, w, rest = part(y, 0, size), part(work, 0, size), part(work, size, len(work) - size)
+        k, w, rest = part(y, 0, size), part(work, 0, size), after(work, size)
         omega(n, section(params, rows, "omega"), k, part(y, vertical, n), w, rest)
         return k, w, rest
 

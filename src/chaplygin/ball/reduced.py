@@ -32,6 +32,7 @@ from ..initial_states import initial_tangent, tangent_arrays
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import BALL
 from ..manifold import Array, triangle_rows
+from ..operators import in_two
 from .angular_velocity import log_density_after, omega_for, omega_work, wedge_sum
 from .fields import BallForms, turn_vectors, turning_forms
 from .path import integrated_path
@@ -128,8 +129,7 @@ def general_forms(omega: Any, n: int) -> BallForms:
     log_density = log_density_after(omega)
 
     def reduced_velocity(params, y, work):
-        w, k = part(work, 0, size), part(work, size, size)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+        w, k, rest = in_two(work, size)
         wedge_sum(n, part(y, 0, n), part(y, n, n), k)
         omega(n, params, k, part(y, 0, n), w, rest)
         return k, w, rest

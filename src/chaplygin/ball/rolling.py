@@ -31,7 +31,7 @@ from ..inertia import Inertia, angular_momentum, parameters_of
 from ..integrable import inner
 from ..literature import BALL
 from ..manifold import Array, triangle_rows
-from ..operators import operator_applied
+from ..operators import after, operator_applied
 from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
 from .fields import ball_integrals, ball_parameters
 from .path import carried_path
@@ -79,7 +79,7 @@ def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
             for j in range(i + 1, n):
                 z[pair] = z[pair] + scale * (u[i] * gamma[j] - gamma[i] * u[j])
                 pair += 1
-        return observable(params, t, z, part(work, used, len(work) - used))
+        return observable(params, t, z, after(work, used))
 
     return gi.observable(through)
 
@@ -92,7 +92,7 @@ def density_in_omega(omega: Any, n: int, rows: Any) -> Any:
     turning = rolling_space(n).slices["omega"].start
 
     def rolling_log_density(params, t, y, work):
-        gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
+        gamma, rest = part(y, square - n, n), after(work, size)
         own = section(params, rows, "omega")
         omega(n, own, part(y, turning, size), gamma, part(work, 0, size), rest)
         return -log_density(n, own, gamma, rest)

@@ -26,7 +26,7 @@ from geomint import part, section, sqrt
 
 from ..integrable import inner
 from ..manifold import triangle_rows
-from ..operators import operator_applied
+from ..operators import after, in_two, operator_applied
 from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
 from .fields import opposite, turn, turn_vectors
 
@@ -66,8 +66,7 @@ def rolling_dynamics(omega: Any, n: int, rows: Any) -> RollingDynamics:
     apply_inertia = operator_applied(omega is full_omega, n)
 
     def accelerate(params, gamma, w, out, work):
-        momentum, torque = part(work, 0, size), part(work, size, size)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+        momentum, torque, rest = in_two(work, size)
         apply_inertia(section(params, rows, "inertia"), w, momentum)
         turn(n, w, momentum, torque, rest)
         omega(n, section(params, rows, "omega"), torque, gamma, out, rest)
@@ -103,7 +102,7 @@ def contact_observables(
     def react(params, y, work):
         gamma, g, w, _, rest = locate(params, y, work)
         dw, force = part(rest, 0, size), part(rest, size, n - 1)
-        left = part(rest, size + n, len(rest) - size - n)
+        left = after(rest, size + n)
         accelerate(params, gamma, w, dw, left)
         mass = section(params, rows, "m")[0] * section(params, rows, "rho")[0]
         rolled(n, mass, g, gamma, dw, force, left)
@@ -189,12 +188,12 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
         """Eqs. (c1)–(c4) in the body frame."""
         w = part(y, turning, size)
         turn_vectors(n, w, part(y, 0, square), part(out, 0, square), work)
-        translation(params, y, part(out, square, len(out) - square), work)
+        translation(params, y, after(out, square), work)
 
     def rolling_generator(params, t, y, out, work):
         """ξ = (−ω, ṙ, ω̇, v̇)."""
         opposite(size, part(y, turning, size), out)
-        translation(params, y, part(out, size, len(out) - size), work)
+        translation(params, y, after(out, size), work)
 
     def rolling_energy(params, t, y, work):
         """½⟨Iω, ω⟩ + ½m(v, v), eq. (ch-lagr); ½⟨k, ω⟩ where the ball does not slip."""

@@ -14,6 +14,7 @@ from collections import namedtuple
 import geomint as gi
 from geomint import part, section
 
+from ..operators import after
 from .elimination import determinant
 from .functions import phases, state_at
 from .packing import torus_rows, torus_sizes
@@ -146,7 +147,7 @@ def solve_tau(params, t, phi, work):
         section(clock_of(params), rows, "mean")[0],
         section(clock_of(params), rows, "fastest")[0],
     )
-    base, tables = part(work, 0, angles), part(work, angles, len(work) - angles)
+    base, tables = part(work, 0, angles), after(work, angles)
     start = t / mean
     rest = gi.fma(-mean, start, t)  # t − T start, without a rounding of its own
     phases(params, start, base)
@@ -181,7 +182,7 @@ def time_at(params, t, x, out, work):
     mean = section(clock_of(params), clock_rows(ovals), "mean")[0]
     phi = part(work, 0, angles)
     phases(params, x[0], phi)
-    total, _ = clock_sums(params, x[0], phi, part(work, angles, len(work) - angles))
+    total, _ = clock_sums(params, x[0], phi, after(work, angles))
     out[0] = gi.fma(mean, x[0], total)
 
 
@@ -189,16 +190,14 @@ def time_at(params, t, x, out, work):
 def tau_at(params, t, x, out, work):
     """(t) ↦ τ, what is left of the iteration."""
     _, angles, _, _ = torus_sizes(params)
-    out[0], out[1] = solve_tau(
-        params, x[0], part(work, 0, angles), part(work, angles, len(work) - angles)
-    )
+    out[0], out[1] = solve_tau(params, x[0], part(work, 0, angles), after(work, angles))
 
 
 @gi.field
 def at_time(params, t, x, out, work):
     """(t) ↦ state, what is left of the iterations."""
     _, angles, _, n = torus_sizes(params)
-    phi, rest = part(work, 0, angles), part(work, angles, len(work) - angles)
+    phi, rest = part(work, 0, angles), after(work, angles)
     _, left = solve_tau(params, x[0], phi, rest)
     out[2 * n] = max(left, state_at(params, phi, out, rest))
 
@@ -209,7 +208,7 @@ def product_integral(params, t, x, out, work):
     size, bound = int(section(params, HEAD, "size")[0]), int(section(params, HEAD, "bound")[0])
     counts = section(params, product_rows(size), "counts")
     tables, at = section(params, product_rows(size), "tables"), 0
-    matrix, rest = part(work, 0, size * size), part(work, size * size, len(work) - size * size)
+    matrix, rest = part(work, 0, size * size), after(work, size * size)
     for k in range(size):
         count = int(counts[k])
         rows = column_rows(size, bound, count)

@@ -18,6 +18,7 @@ import numpy as np
 import geomint as gi
 from geomint import part, section
 
+from ..operators import after
 from .inversion import solve_theta, whole_nearest
 from .packing import torus_rows, torus_sizes
 
@@ -148,7 +149,7 @@ def at_tau(params, t, x, out, work):
     _, angles, _, n = torus_sizes(params)
     phi = part(work, 0, angles)
     phases(params, x[0], phi)
-    out[2 * n] = state_at(params, phi, out, part(work, angles, len(work) - angles))
+    out[2 * n] = state_at(params, phi, out, after(work, angles))
 
 
 @gi.field

@@ -42,7 +42,7 @@ from ..inertia import GeneralInertia, Inertia, operator_parameters
 from ..integrable import inner
 from ..literature import RUBBER
 from ..manifold import Array, triangle_rows
-from ..operators import operator_applied, operator_entries
+from ..operators import after, in_two, operator_applied, operator_entries
 from ..veselova.bound_velocity import (
     BOUND,
     bound_parameters,
@@ -65,8 +65,7 @@ def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
     solve = bound_velocity(full, n, 1)
 
     def accelerate(params, gamma, w, out, work):
-        momentum, torque = part(work, 0, size), part(work, size, size)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+        momentum, torque, rest = in_two(work, size)
         apply_inertia(section(params, rows, "inertia"), w, momentum)
         turn(n, w, momentum, torque, rest)
         solve(section(params, rows, "bound"), torque, gamma, out, rest)
@@ -102,7 +101,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
     def rubber_torque(params, t, y, work):
         """Return the length of (I + D)ω̇ − [Iω, ω], the torque that keeps the ball from twisting."""
         rate, left = part(work, 0, size), part(work, size, size)
-        torque, rest = part(work, 2 * size, size), part(work, 3 * size, len(work) - 3 * size)
+        torque, rest = part(work, 2 * size, size), after(work, 3 * size)
         w = part(y, turning, size)
         dynamics.accelerate(params, part(y, square - n, n), w, rate, rest)
         dynamics.apply_inertia(section(params, rows, "inertia"), w, left)
@@ -114,10 +113,10 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
 
     def rubber_log_density(params, t, y, work):
         """Return ½ log det(pr (I + D)|_{R^n∧γ})."""
-        rate, rest = part(work, 0, size), part(work, 2 * size, len(work) - 2 * size)
+        rate, rest = part(work, 0, size), after(work, 2 * size)
         w = part(y, turning, size)
         dynamics.accelerate(params, part(y, square - n, n), w, rate, rest)
-        return 0.5 * log_determinant(n, part(rest, 2 * size, len(rest) - 2 * size))
+        return 0.5 * log_determinant(n, after(rest, 2 * size))
 
     return {
         "K": gi.observable(rubber_k),

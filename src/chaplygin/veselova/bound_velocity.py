@@ -33,7 +33,7 @@ from geomint import log, part, section
 from ..ball.angular_velocity import apply_to_gamma, solve_in_place, wedge_sum
 from ..inertia import GeneralInertia, Inertia
 from ..manifold import Array, triangle_rows
-from ..operators import operator_applied, operator_entries
+from ..operators import after, operator_applied, operator_entries
 
 Bound = namedtuple("Bound", "c inertia")
 BOUND = Bound(c=1, inertia=gi.REST)  # the layout of the parameters
@@ -104,7 +104,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
 
     def velocity(params, k, x, w, work):
         z, matrix = part(work, 0, rows), part(work, rows, rows * rows)
-        rest = part(work, rows + rows * rows, len(work) - rows - rows * rows)
+        rest = after(work, rows + rows * rows)
         filled(section(params, BOUND, "inertia"), x, matrix, rest)
         c = section(params, BOUND, "c")[0]
         for s in range(r):

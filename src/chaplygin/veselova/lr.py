@@ -33,7 +33,7 @@ from ..initial_states import one_of
 from ..integrable import inner
 from ..literature import VESELOVA
 from ..manifold import Array, skew_components, triangle_rows
-from ..operators import operator_applied
+from ..operators import after, in_two, operator_applied
 from .bound_velocity import BOUND, bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel import frame_count
 from .stiefel_states import allowed_part, bound_solution, only_allowed
@@ -52,8 +52,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
 
     def accelerate(params, y, out, work):
         """Write ẇ, and return blocks ([𝓘w, w], scratch of the solve)."""
-        moment, torque = part(work, 0, size), part(work, size, size)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+        moment, torque, rest = in_two(work, size)
         w = part(y, square, size)
         apply(section(params, BOUND, "inertia"), w, moment)
         turn(n, w, moment, torque, rest)
@@ -64,13 +63,12 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
 
     def react(params, y, work):
         """Return the block 𝓘ẇ − [𝓘w, w], a flat triangle, and scratch."""
-        rate, left = part(work, 0, size), part(work, size, size)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+        rate, left, rest = in_two(work, size)
         torque, _ = accelerated(params, y, rate, rest)
         apply(section(params, BOUND, "inertia"), rate, left)
         for i in range(size):
             left[i] = left[i] - torque[i]
-        return left, part(work, 4 * size, len(work) - 4 * size)
+        return left, after(work, 4 * size)
 
     reacted = gi.helper(react)
 
@@ -93,7 +91,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
 
     def lr_log_density(params, t, y, work):
         """Return ½ log det(pr_𝔡 𝓘|_𝔡)."""
-        _, rest = accelerated(params, y, part(work, 0, size), part(work, size, len(work) - size))
+        _, rest = accelerated(params, y, part(work, 0, size), after(work, size))
         return 0.5 * log_determinant(rows, rest)
 
     def component(p: int, q: int) -> Any:

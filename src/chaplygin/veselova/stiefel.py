@@ -31,6 +31,7 @@ from ..inertia import Inertia, operator_parameters
 from ..integrable import inner
 from ..literature import VESELOVA
 from ..manifold import Array, triangle_rows, wedge
+from ..operators import in_two
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel_states import allowed_part, initial_stiefel
 
@@ -45,8 +46,7 @@ def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
 
     def turning(params, y, work):
         """Return blocks (k, w, scratch of the solve)."""
-        k, w = part(work, 0, size), part(work, size, size)
-        rest = part(work, 2 * size, len(work) - 2 * size)
+        k, w, rest = in_two(work, size)
         wedge_sum(n, part(y, 0, rows), part(y, rows, rows), k)
         solve(params, k, part(y, 0, rows), w, rest)
         return k, w, rest
