@@ -28,6 +28,7 @@ constant ϱ² = 1/det(1 + D′M), the product of the pivots of LDLᵀ; and for t
 ϱ² = U^(2−n).
 """
 
+import functools
 from collections import namedtuple
 from typing import Any
 
@@ -97,17 +98,21 @@ def apply_to_gamma(n, triangle, gamma, out):
         out[i] = total
 
 
-@gi.helper
-def wedge_sum(n, x, p, out):
-    """Write the flat triangle of Σ x_s∧p_s, over the vectors of x and p."""
-    pair = 0
-    for i in range(n):
-        for j in range(i + 1, n):
-            total = x[i] * p[j] - p[i] * x[j]
-            for s in range(n, len(x), n):
-                total += x[s + i] * p[s + j] - p[s + i] * x[s + j]
-            out[pair] = total
-            pair += 1
+@functools.cache
+def wedge_sum(n: int, r: int) -> Any:
+    """Return ``f(x, p, out)``, which writes the flat triangle of Σ x_s∧p_s, over r vectors of R^n."""
+
+    def wedges(x, p, out):
+        pair = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                total = x[i] * p[j] - p[i] * x[j]
+                for s in range(n, r * n, n):
+                    total += x[s + i] * p[s + j] - p[s + i] * x[s + j]
+                out[pair] = total
+                pair += 1
+
+    return gi.helper(wedges)
 
 
 @gi.helper

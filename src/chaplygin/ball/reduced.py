@@ -126,11 +126,11 @@ def general_forms(omega: Any, n: int) -> BallForms:
     The measure, eq. (mu*), is that which the ball's induces where the momentum is zero.
     """
     size = triangle_rows(n)
-    log_density = log_density_after(omega)
+    log_density, wedge = log_density_after(omega), wedge_sum(n, 1)
 
     def reduced_velocity(params, y, work):
         w, k, rest = in_two(work, size)
-        wedge_sum(n, part(y, 0, n), part(y, n, n), k)
+        wedge(part(y, 0, n), part(y, n, n), k)
         omega(n, params, k, part(y, 0, n), w, rest)
         return k, w, rest
 

@@ -59,7 +59,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
     nr numbers z_s and the matrix, whose diagonal holds the inverse pivots: see `log_determinant`.
     """
     size, rows = triangle_rows(n), n * r
-    apply = operator_applied(full, n)
+    apply, wedges = operator_applied(full, n), wedge_sum(n, r)
 
     def fill(inertia: Any, x: Any, matrix: Any, work: Any) -> None:
         """Write the matrix for an operator stored as a matrix: column by column."""
@@ -121,7 +121,7 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
         for i in range(rows):
             z[i] = -z[i]
         solve_in_place(rows, matrix, z)
-        wedge_sum(n, x, z, w)
+        wedges(x, z, w)
 
     return gi.helper(velocity)
 

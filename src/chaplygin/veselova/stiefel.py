@@ -42,12 +42,12 @@ __all__ = ["stiefel_problem"]
 def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
     """Return the functions of eq. (dot_P), and K; y = (X, P), vector by vector."""
     size, rows = triangle_rows(n), n * r
-    solve = bound_velocity(full, n, r)
+    solve, wedges = bound_velocity(full, n, r), wedge_sum(n, r)
 
     def turning(params, y, work):
         """Return blocks (k, w, scratch of the solve)."""
         k, w, rest = in_two(work, size)
-        wedge_sum(n, part(y, 0, rows), part(y, rows, rows), k)
+        wedges(part(y, 0, rows), part(y, rows, rows), k)
         solve(params, k, part(y, 0, rows), w, rest)
         return k, w, rest
 
@@ -58,7 +58,7 @@ def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
     def stiefel_k(params, t, y, work):
         """K = ⟨k, k⟩."""
         k = part(work, 0, size)
-        wedge_sum(n, part(y, 0, rows), part(y, rows, rows), k)
+        wedges(part(y, 0, rows), part(y, rows, rows), k)
         return inner(size, k, k)
 
     forms = turning_forms(n, turn_vectors, gi.helper(turning), gi.helper(stiefel_density))
