@@ -18,11 +18,14 @@ __all__ = [
     "Inertia",
     "SpecialInertia",
     "angular_momentum",
+    "inertia_tensor",
+    "operator_of",
     "operator_parameters",
     "parameters_of",
     "positive_number",
     "positive_vector",
     "product_factors",
+    "scale_of",
 ]
 
 LARGEST = 1000  # dimension: states with attitude have 3n²/2 numbers
@@ -324,6 +327,27 @@ class GeneralInertia:
 
 
 Inertia = SpecialInertia | GeneralInertia
+
+
+def inertia_tensor(inertia: Inertia) -> Array:
+    """Return the inertia tensor of an operator on so(3), shape (3, 3)."""
+    if isinstance(inertia, SpecialInertia):
+        return np.diag(inertia.moments)
+    return inertia.tensor
+
+
+def operator_of(given: Any) -> Inertia:
+    """Return an operator, made of its entries or its matrix if it is none."""
+    return given if isinstance(given, Inertia) else GeneralInertia(given)
+
+
+def scale_of(inertia: Inertia, D: Any) -> float:
+    """Return D, which a special operator has, or raise `geomint.DomainError`."""
+    if not isinstance(inertia, SpecialInertia):
+        return positive_number("D", D)
+    if D is not None and positive_number("D", D) != inertia.D:
+        raise gi.DomainError("D", D, f"the D = {inertia.D!r} of the inertia operator")
+    return inertia.D
 
 
 def _merged(a: Array) -> Array:

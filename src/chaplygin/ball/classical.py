@@ -25,7 +25,7 @@ from geomint.arguments import switch
 from geomint.problems.spaces.sphere import product as product_of
 
 from ..exact.motions import exact_ball
-from ..inertia import Inertia, SpecialInertia, parameters_of
+from ..inertia import Inertia, inertia_tensor, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import CLASSICAL_BALL
 from ..manifold import (
@@ -174,13 +174,6 @@ def routh_integral(axis: int) -> Any:
         return omega[axis] * sqrt(diagonal_weight(params, y))
 
     return gi.observable(routh)
-
-
-def inertia_tensor(inertia: Inertia) -> Array:
-    """Return the inertia tensor of an operator on so(3), shape (3, 3)."""
-    if isinstance(inertia, SpecialInertia):
-        return np.diag(inertia.moments)
-    return inertia.tensor
 
 
 def vector_arrays(y: Array) -> dict[str, Array]:

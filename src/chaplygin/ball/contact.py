@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, section, sqrt
+from geomint import part, section
 
 from ..inertia import Inertia, parameters_of
 from ..literature import BALL
@@ -27,6 +27,7 @@ from .momentum import ball_problem
 from .path import carried_path
 from .rolling_dynamics import (
     contact_observables,
+    distance,
     rolled,
     rolling_dynamics,
     rolling_work,
@@ -71,11 +72,7 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
 
     def contact_vertical(params, t, y, work):
         """|γ − g⁻¹E_n|."""
-        total = 0.0 * y[0]
-        for i in range(n):
-            entry = y[size + i] - y[turning - n + i]
-            total += entry * entry
-        return sqrt(total)
+        return distance(n, part(y, size, n), part(y, turning - n, n))
 
     return {
         "field": gi.field(contact_field),

@@ -12,7 +12,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..inertia import Inertia, SpecialInertia
+from ..inertia import Inertia, inertia_tensor
 from ..manifold import Array, upright, vector_of_triangle
 
 KNOWN = 0.02  # of a radius, or of the length of the path: what a picture may be wrong by
@@ -51,7 +51,7 @@ def integrated_path(
     """
     if inertia.n != 3:
         return None
-    inverse = np.asarray(np.linalg.inv(_tensor(inertia) + D * np.eye(3)), dtype=np.float64)
+    inverse = np.asarray(np.linalg.inv(inertia_tensor(inertia) + D * np.eye(3)), dtype=np.float64)
 
     def path(t: Array, states: Array) -> gi.BodyPath:
         found = [physical(y) for y in states]
@@ -63,14 +63,6 @@ def integrated_path(
         return gi.BodyPath(g, _integral(t, velocity), 1.0, "radii")
 
     return path
-
-
-def _tensor(inertia: Inertia) -> Array:
-    return (
-        np.asarray(np.diag(inertia.moments))
-        if isinstance(inertia, SpecialInertia)
-        else inertia.tensor
-    )
 
 
 def _omega(inverse: Array, D: float, k: Array, gamma: Array) -> Array:

@@ -21,7 +21,7 @@ import numpy as np
 import geomint as gi
 from geomint import log, section, sqrt
 
-from ..inertia import Inertia, parameters_of
+from ..inertia import Inertia, inertia_tensor, parameters_of
 from ..literature import POISSON_BALL
 from ..manifold import Array
 from .classical import (
@@ -33,7 +33,6 @@ from .classical import (
     diagonal_weight,
     full_omega,
     full_weight,
-    inertia_tensor,
     turning_vectors,
     vector_arrays,
 )

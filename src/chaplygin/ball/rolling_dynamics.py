@@ -38,6 +38,16 @@ def rolling_work(omega: Any, n: int) -> int:
 
 
 @gi.helper
+def distance(n, x, z):
+    """Return |x − z| over n rows."""
+    total = 0.0 * x[0]
+    for i in range(n):
+        entry = x[i] - z[i]
+        total += entry * entry
+    return sqrt(total)
+
+
+@gi.helper
 def rolled(n, rho, g, gamma, w, out, work):
     """Write the n−1 horizontal components of ρ gwγ: v for w = ω, v̇ for w = ω̇."""
     u = part(work, 0, n)
@@ -210,11 +220,7 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
         g, w = part(y, 0, square), part(y, turning, size)
         v, rest = part(work, 0, n - 1), part(work, n, n)
         rolled(n, section(params, rows, "rho")[0], g, part(y, square - n, n), w, v, rest)
-        total = 0.0 * y[0]
-        for i in range(n - 1):
-            entry = y[moving + i] - v[i]
-            total += entry * entry
-        return sqrt(total)
+        return distance(n - 1, part(y, moving, n - 1), v)
 
     return {
         "field": gi.field(rolling_field),

@@ -8,7 +8,14 @@ from typing import Any
 import geomint as gi
 from geomint.arguments import as_array
 
-from ..inertia import GeneralInertia, Inertia, SpecialInertia, positive_number
+from ..inertia import (
+    GeneralInertia,
+    Inertia,
+    SpecialInertia,
+    operator_of,
+    positive_number,
+    scale_of,
+)
 from ..rigid_body import warn_of_mass_tensor, warn_of_moments
 from .classical import classical_problem
 from .contact import contact_problem
@@ -56,16 +63,12 @@ class ChaplyginSphere:
     def __init__(self, a: Any = None, D: Any = None, inertia: Any = None) -> None:
         if (a is None) == (inertia is None):
             raise gi.DomainError("a", a, "either a or inertia")
-        if isinstance(inertia, SpecialInertia):
-            if D is not None and positive_number("D", D) != inertia.D:
-                raise gi.DomainError("D", D, f"the D = {inertia.D!r} of the inertia operator")
-            D = inertia.D
-        if D is None:
+        if D is None and not isinstance(inertia, SpecialInertia):
             raise gi.DomainError("D", D, "a number > 0")
-        scale = positive_number("D", D)
-        operator = SpecialInertia(a, scale) if inertia is None else inertia
-        if not isinstance(operator, Inertia):
-            operator = GeneralInertia(operator)
+        if inertia is None:
+            inertia = SpecialInertia(a, positive_number("D", D))
+        operator = operator_of(inertia)
+        scale = scale_of(operator, D)
         if isinstance(operator, GeneralInertia):
             operator = operator.special(scale) or operator
         object.__setattr__(self, "inertia", operator)

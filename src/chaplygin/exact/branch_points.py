@@ -71,7 +71,10 @@ def constants_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Constants:
     along = sum(x * y for x, y in zip(g, p, strict=True))
     p = [square * y - along * x for x, y in zip(g, p, strict=True)]
     products = [
-        tuple(_product_within(inside, u, v) for u, v in ((g, g), (g, p), (p, p)))
+        tuple(
+            sum(x * y for x, y, i in zip(u, v, inside, strict=True) if i)
+            for u, v in ((g, g), (g, p), (p, p))
+        )
         for inside in axes.members.tolist()
     ]
     alpha, bits = whole_over(axes.alpha.tolist())
@@ -82,10 +85,6 @@ def constants_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Constants:
     return Constants(
         alpha, bits, _polynomial(alpha, paired, products, squares), squares, square**3 << 2 * unit
     )
-
-
-def _product_within(inside: list[bool], u: list[int], v: list[int]) -> int:
-    return sum(x * y for x, y, i in zip(u, v, inside, strict=True) if i)
 
 
 def _polynomial(

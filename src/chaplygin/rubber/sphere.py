@@ -14,10 +14,11 @@ from ..ball.rolling_states import mass_and_radius
 from ..inertia import (
     GeneralInertia,
     Inertia,
-    SpecialInertia,
+    operator_of,
     positive_number,
     positive_vector,
     product_factors,
+    scale_of,
 )
 from ..literature import RUBBER
 from ..rigid_body import warn_of_moments
@@ -59,13 +60,8 @@ class RubberSphere:
     """The operator I + D."""
 
     def __init__(self, inertia: Any, D: Any = None) -> None:
-        if isinstance(inertia, SpecialInertia):
-            if D is not None and positive_number("D", D) != inertia.D:
-                raise gi.DomainError("D", D, f"the D = {inertia.D!r} of the inertia operator")
-            D = inertia.D
-        elif not isinstance(inertia, GeneralInertia):
-            inertia = GeneralInertia(inertia)
-        scale = positive_number("D", D)
+        inertia = operator_of(inertia)
+        scale = scale_of(inertia, D)
         if inertia.diagonal is not None:
             total = GeneralInertia(inertia.diagonal + scale)
         else:

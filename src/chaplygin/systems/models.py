@@ -117,9 +117,7 @@ def _model(
     reductions = [*tangent_reductions(problems, states, sphere.n)]
     if isinstance(sphere.inertia, SpecialInertia):
         more = {"ball": momentum_lift(sphere.n)} if "ball" in problems else {}
-        reductions += equal_axes(sphere.inertia.a, states, partial(_smaller, sphere), more)
+        reductions += equal_axes(
+            sphere.inertia.a, states, partial(ChaplyginSphere, D=sphere.D), more
+        )
     return gi.Model(problems, states, conditions, tuple(reductions))
-
-
-def _smaller(sphere: ChaplyginSphere, a: Array) -> ChaplyginSphere:
-    return ChaplyginSphere(a=a, D=sphere.D)

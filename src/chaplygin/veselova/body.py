@@ -9,7 +9,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..inertia import GeneralInertia, Inertia, positive_number, positive_vector
+from ..inertia import GeneralInertia, Inertia, operator_of, positive_number, positive_vector
 from ..manifold import Array
 from ..rigid_body import warn_of_moments
 from .classical import veselova_classical_problem
@@ -122,8 +122,7 @@ class VeselovaLR:
     r: int
 
     def __init__(self, inertia: Any, r: Any = 1) -> None:
-        if not isinstance(inertia, Inertia):
-            inertia = GeneralInertia(inertia)
+        inertia = operator_of(inertia)
         object.__setattr__(self, "inertia", inertia)
         object.__setattr__(self, "r", frame_count(r, inertia.n))
 

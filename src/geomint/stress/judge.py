@@ -1,6 +1,6 @@
 """One method on one problem: run it, and hold it to what it states.
 
-The rules are `geomint.stress.rules.RULES`.
+The rules are `geomint.stress.page.RULES`.
 """
 
 import dataclasses

@@ -1,4 +1,7 @@
-"""The stress report: a page that opens from disk, the picture, and the numbers as JSON."""
+"""The stress report: a page that opens from disk, the picture, and the numbers as JSON.
+
+Its `RULES` say in words how cells are judged: what `geomint.stress.judge` does.
+"""
 
 import json
 import os
@@ -17,8 +20,9 @@ from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell
 from .picture import SYMBOLS, stress_figure
 from .references import references_in_words, references_of
-from .rules import RULES
 from .sweep import family_of
+
+RULES = Path(__file__).with_name("rules.txt").read_text(encoding="utf-8")
 
 
 def stress_record(
