@@ -114,13 +114,13 @@ def multiplier_defects(inertia: Inertia, D: float, gamma: Any, k: Any) -> Multip
 
 
 def _cyclic(parts: Array) -> Array:
-    return np.asarray(parts + parts.transpose(1, 2, 0) + parts.transpose(2, 0, 1))
+    return parts + parts.transpose(1, 2, 0) + parts.transpose(2, 0, 1)
 
 
 def _skew(flat: Array, n: int) -> Array:
     matrix = np.zeros((n, n), dtype=flat.dtype)
     matrix[np.triu_indices(n, 1)] = flat
-    return np.asarray(matrix - matrix.T)
+    return matrix - matrix.T
 
 
 def _wedge(x: Array, y: Array) -> Array:

@@ -109,7 +109,7 @@ def product_factors(values: Array, n: int) -> Array | None:
     factors = np.sqrt(matrix[axes, one] / matrix[one, two] * matrix[axes, two])
     if np.max(np.abs(factors[i] * factors[j] / values - 1.0)) > FACTORS:
         return None
-    return np.asarray(factors)
+    return factors
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -190,7 +190,7 @@ class SpecialInertia:
         """The moments a_i a_j D/(D − a_i a_j), shape (n(n−1)/2,)."""
         i, j = np.triu_indices(self.n, 1)
         product = self.a[i] * self.a[j]
-        return np.asarray(product * (self.D / (self.D - product)))
+        return product * (self.D / (self.D - product))
 
     @property
     def moments(self) -> Array:
@@ -199,7 +199,7 @@ class SpecialInertia:
 
     def apply(self, omega: Array) -> Array:
         """Return the flat triangle of Iω."""
-        return np.asarray(self.diagonal * omega)
+        return self.diagonal * omega
 
     def mass_tensor(self) -> Array:
         """Return the principal values of the J of a rigid body with Iω = Jω + ωJ, shape (n,).
@@ -303,7 +303,7 @@ class GeneralInertia:
     @property
     def tensor(self) -> Array:
         """At n = 3 the inertia tensor acting on vectors, shape (3, 3)."""
-        return np.asarray(TURN @ _three(self.matrix) @ TURN.T)
+        return TURN @ _three(self.matrix) @ TURN.T
 
     def special(self, D: float) -> SpecialInertia | None:
         """Return this operator as a special one if it is one, else None.
@@ -323,7 +323,7 @@ class GeneralInertia:
 
     def apply(self, omega: Array) -> Array:
         """Return the flat triangle of Iω."""
-        return np.asarray(self.matrix @ omega)
+        return self.matrix @ omega
 
 
 Inertia = SpecialInertia | GeneralInertia

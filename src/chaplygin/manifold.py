@@ -46,7 +46,7 @@ def upright(gamma: Array) -> Array:
     g = np.eye(n) + (c - 1.0) * (np.outer(u, u) + np.outer(e, e))
     g += s * (np.outer(e, u) - np.outer(u, e))
     g[-1] = gamma
-    return np.asarray(g)
+    return g
 
 
 def solved(matrix: Array, right: Array) -> Array:
@@ -72,7 +72,7 @@ def triangle_rows(n: int) -> int:
 def wedge(x: Array, y: Array) -> Array:
     """Return the flat triangle of x∧y = xyᵀ − yxᵀ, shape (n(n−1)/2,)."""
     i, j = np.triu_indices(len(x), 1)
-    return np.asarray(x[i] * y[j] - y[i] * x[j])
+    return x[i] * y[j] - y[i] * x[j]
 
 
 def vector_of_triangle(flat: Array) -> Array:

@@ -123,7 +123,7 @@ class Spheroconical:
         gamma = self.gamma(point.gaps, point.signs)
         slopes = gamma / (2.0 * point.gaps)
         weights = point.mu / np.sum(slopes * slopes, axis=1)
-        return gamma, np.asarray(weights @ slopes)
+        return gamma, weights @ slopes
 
     def gamma(self, gaps: Any, signs: Any) -> Array:
         """Return γ from the gaps λ_k − a_i and the signs of the γ_i."""
@@ -137,7 +137,7 @@ class Spheroconical:
                 squares[i] = np.prod(distances[:, i] / others)  # quotients: no overflow on the way
         if not np.isfinite(squares).all():
             raise gi.DomainError("gaps", gaps, "gaps of a point of the sphere")
-        return np.asarray(np.sign(sides) * np.sqrt(squares))
+        return np.sign(sides) * np.sqrt(squares)
 
     def polynomial(self, gamma: Any, p_tilde: Any) -> Array:
         """Return r_0, …, r_(n−2), the coefficients of R, at a point; also on γ_i = 0."""
@@ -147,11 +147,11 @@ class Spheroconical:
         i, j = np.triu_indices(self.n, 1)
         minors = (direction[i] * momentum[j] - direction[j] * momentum[i]) ** 2
         singles = -(momentum @ momentum) * direction**2
-        return np.asarray(tables @ np.concatenate([singles, minors]))
+        return tables @ np.concatenate([singles, minors])
 
     def separated(self, point: SpheroconicalPoint) -> Array:
         """Return −4λ_k P(λ_k) μ_k², which is R(λ_k) along every one of the flows, shape (n−1,)."""
-        return np.asarray(-4.0 * point.lam * np.prod(point.gaps, axis=1) * point.mu**2)
+        return -4.0 * point.lam * np.prod(point.gaps, axis=1) * point.mu**2
 
     def _refuse_turning_points(self, gaps: Array, gamma: Array) -> None:
         if np.all(gaps != 0.0) and np.all(gamma != 0.0):

@@ -100,8 +100,7 @@ class Ball:
     @property
     def sphere(self) -> ChaplyginSphere:
         """The same ball with its other representations, which have no units."""
-        found: ChaplyginSphere = vars(self)["_sphere"]
-        return found
+        return vars(self)["_sphere"]
 
     def problem(self) -> gi.Problem:
         """Return the ball with attitude and contact point, in kg, m and s.

@@ -70,7 +70,7 @@ def _omega(inverse: Array, D: float, k: Array, gamma: Array) -> Array:
     bk, bg = k @ inverse, gamma @ inverse
     weight = np.einsum("ki,ki->k", gamma, gamma - D * bg)
     m = D * np.einsum("ki,ki->k", gamma, bk) / weight
-    return np.asarray(bk + m[:, None] * bg)
+    return bk + m[:, None] * bg
 
 
 def _turned(t: Array, omega: Array, gamma: Array) -> Array:

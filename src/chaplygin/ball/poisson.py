@@ -140,7 +140,7 @@ def poisson_tensor(inertia: Inertia, D: float, y: Array) -> Array:
     result = np.zeros((6, 6), dtype=np.result_type(y))
     result[:3, :3] = _hat(k - s * gamma)
     result[:3, 3:] = result[3:, :3] = _hat(gamma)
-    return np.asarray(f * result)
+    return f * result
 
 
 def _hat(x: Array) -> Array:

@@ -136,7 +136,7 @@ def geometric_phase(path: RolledPath, tolerance: float = 1e-6) -> Array:
     if apart > tolerance:
         expected = f"a path along which gamma comes back; it ends {apart:.3g} away from its start"
         raise gi.DomainError("path", path.t[[0, -1]], expected)
-    return np.asarray((last @ first.T)[:-1, :-1])
+    return (last @ first.T)[:-1, :-1]
 
 
 def _angular_velocities(contact: gi.Problem, rows: Array) -> Array:
@@ -165,18 +165,18 @@ def _transported(times: Array, omega: Array, g0: Array) -> Array:
     for i, turn in enumerate(turns):
         result[i + 1] = result[i] @ turn
     left, _, right = np.linalg.svd(result)
-    return np.asarray(left @ right)
+    return left @ right
 
 
 def _rotations(skew: Array) -> Array:
     """Return the exponentials of skew matrices, from the eigenvectors of iA, which is Hermitian."""
     angles, vectors = np.linalg.eigh(1j * skew)
     turned = vectors * np.exp(-1j * angles)[..., None, :]
-    return np.asarray((turned @ np.conj(np.moveaxis(vectors, -1, -2))).real)
+    return (turned @ np.conj(np.moveaxis(vectors, -1, -2))).real
 
 
 def _bracket(x: Array, y: Array) -> Array:
-    return np.asarray(x @ y - y @ x)
+    return x @ y - y @ x
 
 
 def _spline(times: Array, values: Array) -> Any:

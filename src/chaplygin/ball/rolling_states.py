@@ -106,7 +106,7 @@ def momentum_inverted(inertia: Inertia, D: float, gamma: Array, k: Array) -> Arr
 
     def inverse(x: Any) -> Array:
         if diagonal is not None:
-            return np.asarray(x / diagonal)
+            return x / diagonal
         assert isinstance(inertia, GeneralInertia)
         return solved(inertia.matrix, x)
 
@@ -135,7 +135,7 @@ def rolling_velocity(rho: float, g: Array, omega: Array) -> Array:
     """Return the velocity v = ρ gωγ of the centre, eq. (ch-constr), n−1 components."""
     n = round(len(g) ** 0.5)
     matrix = g.reshape(n, n)
-    return np.asarray(rho * (matrix[:-1] @ (skew_matrix(omega, n) @ matrix[-1])))
+    return rho * (matrix[:-1] @ (skew_matrix(omega, n) @ matrix[-1]))
 
 
 def admit_velocity(v: Array, rho: float, g: Array, omega: Array) -> Array:

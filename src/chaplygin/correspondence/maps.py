@@ -239,10 +239,10 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
     source = dataclasses.replace(problem, params=params.data)
 
     def forward(point: Array) -> Array:
-        return np.asarray((matrix @ point.reshape(2, 3)).reshape(-1))
+        return (matrix @ point.reshape(2, 3)).reshape(-1)
 
     def backward(point: Array) -> Array:
-        return np.asarray((inverse @ point.reshape(2, 3)).reshape(-1))
+        return (inverse @ point.reshape(2, 3)).reshape(-1)
 
     return Correspondence(
         "chaplygin-change", source, other.classical(), forward, backward, new_time

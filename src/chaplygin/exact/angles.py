@@ -26,7 +26,7 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
     sine = np.clip(0.5 * (1.0 - cosines / radius), 0.0, 1.0)[:, None]  # sin²(θ/2)
     away = distances(torus.branch_gaps, radius[:, None], sine)
     root_q = np.sqrt(torus.lead * np.prod(np.abs(away), axis=1))
-    return np.asarray(np.arctan2(2.0 * away[:, 0] / root_q * sines, cosines))  # d sin θ, d cos θ
+    return np.arctan2(2.0 * away[:, 0] / root_q * sines, cosines)  # d sin θ, d cos θ
 
 
 def linear_angles(torus: Torus, theta: Array, psi: Array) -> Array:
@@ -38,7 +38,7 @@ def linear_angles(torus: Torus, theta: Array, psi: Array) -> Array:
     waves = zip(torus.shifts, theta.tolist(), strict=True)
     terms = [shift * _sines(x, shift.shape[1]) for shift, x in waves]
     sums = np.cumsum(np.concatenate([0.0 * plain[:, None], *terms], axis=1), axis=1)
-    return np.asarray(plain + sums[:, -1])
+    return plain + sums[:, -1]
 
 
 def _sines(x: float, count: int) -> list[float]:

@@ -77,7 +77,7 @@ class ExactBody(BallFlow):
         turning = np.sum(gamma * self._inverse * k, axis=-1)
         weight = np.sum(gamma * self._inverse * gamma, axis=-1)
         m = (np.sum(k * gamma, axis=-1) - turning) / weight
-        return np.asarray(self._inverse * (k + m[..., None] * gamma))
+        return self._inverse * (k + m[..., None] * gamma)
 
     def inward(self, y: Array) -> Array:
         """Return (γ₁, p₁) of the ball with area constant zero from (k⃗, γ⃗)."""

@@ -42,7 +42,7 @@ def principal_moments(inertia: Inertia) -> Array:
     """Return I₁, I₂, I₃ of an operator in its principal axes, or raise `geomint.DomainError`."""
     if inertia.diagonal is None:
         raise gi.DomainError("inertia", inertia.matrix, "an operator in principal axes")
-    return np.asarray(inertia.diagonal[::-1])
+    return inertia.diagonal[::-1]
 
 
 def without_area(moments: Array, D: float, y: Array) -> WithoutArea:
@@ -164,7 +164,7 @@ class ExactBall(BallFlow):
     def angular_velocity(self, y: Array) -> Array:
         """Return ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗) of states, shape (..., 3), in the body."""
         s = self._turning(y)[..., None]
-        return np.asarray(self._b * (y[..., :3] + self._own * s * y[..., 3:]))
+        return self._b * (y[..., :3] + self._own * s * y[..., 3:])
 
     def inward(self, y: Array) -> Array:
         """Return (γ₁, p₁) of the ball with area constant zero from (k⃗, γ⃗)."""
@@ -180,7 +180,7 @@ class ExactBall(BallFlow):
         """Return (k⃗, γ⃗) from (γ₁, p₁) of the ball with area constant zero."""
         gamma, p = y[..., :3], y[..., 3:] / self._size
         both = self._units * (self._backward @ np.stack([np.cross(p, gamma), gamma], axis=-2))
-        return np.asarray(both.reshape(*both.shape[:-2], 6))
+        return both.reshape(*both.shape[:-2], 6)
 
     @property
     def _units(self) -> Array:

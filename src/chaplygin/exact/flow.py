@@ -182,7 +182,7 @@ class ExactFlow(MadeOfNumbers):
     @property
     def mean_frequencies(self) -> Array:
         """Mean frequencies in physical time, `frequencies`/T."""
-        return np.asarray(self.frequencies / self.clock.mean)
+        return self.frequencies / self.clock.mean
 
     @np.errstate(over="ignore", invalid="ignore")
     def angles(self, y: Any) -> Array:
@@ -308,7 +308,7 @@ class ExactFlow(MadeOfNumbers):
         n = len(self.a)
         gamma = y[:n] / length(y[:n])
         scale = multiplier(self.a, self.D, gamma) if self.physical else 1.0
-        return gamma, np.asarray(y[n:] / scale / self.unit_p)
+        return gamma, y[n:] / scale / self.unit_p
 
     def _angles(self, gamma: Array, p_tilde: Array) -> Array:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)

@@ -48,7 +48,7 @@ class FrequencyMap:
     @property
     def rotation_numbers(self) -> Array:
         """ω_k/ω_1, k = 2 … n−1, shape (N, n−2)."""
-        return np.asarray(self.frequencies[:, 1:] / self.frequencies[:, :1])
+        return self.frequencies[:, 1:] / self.frequencies[:, :1]
 
 
 def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:

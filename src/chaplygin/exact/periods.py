@@ -100,7 +100,7 @@ def _means(values: Array) -> list[tuple[float, float]]:
 def _strips(separation: Separation) -> Array:
     gaps = [separation.branch_gaps[..., 0], separation.axis_gaps[:, separation.paired, 0]]
     nearest = np.min(np.abs(np.concatenate(gaps, axis=1)), axis=1, initial=np.inf)
-    return np.asarray(2.0 * np.arcsinh(np.sqrt(nearest / separation.widths[:, 0])))
+    return 2.0 * np.arcsinh(np.sqrt(nearest / separation.widths[:, 0]))
 
 
 def _points(strip: float, separation: Separation) -> int:

@@ -50,7 +50,7 @@ def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
     frames = _frames(momenta, verticals)
     first = frames.reshape(-1, 3, 3)[0]
     start = upright(first[:, 0]) if g0 is None else gi.Rotations(3, "g0").point(g0).reshape(3, 3)
-    return np.asarray(start @ first @ np.swapaxes(frames, -1, -2))
+    return start @ first @ np.swapaxes(frames, -1, -2)
 
 
 def _frames(k: Array, gamma: Array) -> Array:
@@ -108,7 +108,7 @@ class ContactPath(MadeOfNumbers):
         """Return the contact point at physical times t, shape (..., 2)."""
         tau = self.exact.tau(t)
         parts = [quadrature(tau) for quadrature in self._quadratures]
-        return np.asarray(self._r0 + np.stack(parts, axis=-1))
+        return self._r0 + np.stack(parts, axis=-1)
 
     def state(self, t: Any) -> Array:
         """Return states (k, γ, g, r) of ``sphere.contact(rho=…)`` at physical times t.
@@ -126,7 +126,7 @@ class ContactPath(MadeOfNumbers):
     def drift(self) -> Array:
         """The mean velocity of the contact point in physical time, shape (2,)."""
         means = np.array([c.mean for c in self._quadratures])
-        return np.asarray(means / self.exact.clock.mean)
+        return means / self.exact.clock.mean
 
     @functools.cached_property
     def _quadratures(self) -> list[Any]:
@@ -137,7 +137,7 @@ class ContactPath(MadeOfNumbers):
                 y = exact.at_angles(phi)
                 velocity = np.cross(exact.angular_velocity(y), y[..., 3:])
                 moved = self._attitude(y) @ velocity[..., None]
-                return np.asarray(self.rho * moved[..., i, 0] * exact.rate(y))
+                return self.rho * moved[..., i, 0] * exact.rate(y)
 
             return rate
 
@@ -145,4 +145,4 @@ class ContactPath(MadeOfNumbers):
 
     def _attitude(self, y: Array) -> Array:
         frames = _frames(y[..., :3], y[..., 3:])
-        return np.asarray(self._g0 @ self._first @ np.swapaxes(frames, -1, -2))
+        return self._g0 @ self._first @ np.swapaxes(frames, -1, -2)

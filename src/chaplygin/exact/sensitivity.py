@@ -89,7 +89,7 @@ def _second_derivatives(separation: Separation, torus: Torus) -> Array:
     result = ((h * weight[:, None]) @ h.transpose(0, 2, 1)).real
     diagonal = np.arange(size, size + len(pairs))
     result[:, diagonal, diagonal] -= 0.5 * np.mean((own / root_q[:, None]).real, axis=2)
-    return np.asarray(result)
+    return result
 
 
 def _constants(axes: ReducedAxes, torus: Torus, gamma: Array, p_tilde: Array) -> Array:
@@ -121,7 +121,7 @@ def _products_without_two(factors: Array) -> Array:
     """Return the products of all but two different ones, shape (d, q) ↦ (d, q, q), 0 for one twice."""
     one = np.eye(factors.shape[1], dtype=bool)
     left_out = one[:, None] | one
-    return np.asarray(np.prod(np.where(left_out, 1.0, factors[:, None, None]), axis=-1) * ~one)
+    return np.prod(np.where(left_out, 1.0, factors[:, None, None]), axis=-1) * ~one
 
 
 def _by_state(by_a: Array, by_b: Array, by_c: Array, gamma: Array, p: Array) -> Array:

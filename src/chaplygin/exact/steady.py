@@ -66,7 +66,7 @@ class SteadyTurn(MadeOfNumbers):
     @property
     def frequencies(self) -> Array:
         """The angular speeds of the planes in which it turns, falling."""
-        return np.asarray(self._speeds[::-1][: len(self.a) // 2])
+        return self._speeds[::-1][: len(self.a) // 2]
 
     mean_frequencies = frequencies
 

@@ -70,7 +70,7 @@ def power_of_two(x: Any) -> float:
 def unit_of(v: Array) -> Array:
     """Return v/|v|, also where the squares of v underflow."""
     scaled = v / np.max(np.abs(v))
-    return np.asarray(scaled / np.linalg.norm(scaled))
+    return scaled / np.linalg.norm(scaled)
 
 
 def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:

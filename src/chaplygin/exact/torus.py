@@ -171,7 +171,7 @@ class Torus:
     @property
     def frequencies(self) -> Array:
         """ω and Ω, shape (d + pairs,)."""
-        return np.asarray(4.0 * np.pi * self.turns)
+        return 4.0 * np.pi * self.turns
 
 
 def distances(gaps: Array, radius: Any, sine: Any) -> Array:

@@ -226,7 +226,7 @@ class Ellipsoid(gi.Space):
         x = self.name
         found = size * largest
         warn(f"√({x}, {x}/a) is {found!r}, not 1: the state uses {x} over it", x, abs(found - 1.0))
-        return np.asarray(direction / size)
+        return direction / size
 
     def admit(self, y: Array) -> Array:
         """Return a point of a flat state, repaired if need be."""

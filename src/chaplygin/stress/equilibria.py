@@ -74,4 +74,4 @@ def near_axis(n: int, i: int, distance: float) -> Array:
     """Return the unit vector along an axis, turned by about that distance."""
     x = distance * np.cos(0.7 + 1.3 * i + 1.9 * np.arange(n))
     x[i] = 1.0
-    return np.asarray(x / np.linalg.norm(x))
+    return x / np.linalg.norm(x)

@@ -77,18 +77,18 @@ def near_the_edge(n: int, distance: float) -> tuple[Array, float]:
 def all_near_the_edge(n: int, distance: float) -> tuple[Array, float]:
     """Return a and D with all a_i a_j nearly D (1 − distance): a ball much heavier than D."""
     a = np.sqrt(D * (1.0 - distance)) * (1.0 - 0.1 * distance * np.arange(n))
-    return np.asarray(a), D
+    return a, D
 
 
 def powers(rows: int, ratio: float) -> Array:
     """Return numbers from 1/ratio to ratio."""
-    return np.asarray(ratio ** np.linspace(-1.0, 1.0, rows))
+    return ratio ** np.linspace(-1.0, 1.0, rows)
 
 
 def spread(n: int, ratio: float) -> tuple[Array, float]:
     """Return a_i from 1/ratio to ratio, and D, twice the largest a_i a_j."""
     a = a_values(n) * powers(n, ratio)
-    return np.asarray(a), 2.0 * float(np.prod(np.sort(a)[-2:]))
+    return a, 2.0 * float(np.prod(np.sort(a)[-2:]))
 
 
 def nearly_equal(n: int, difference: float) -> tuple[Array, float]:

@@ -37,20 +37,20 @@ THREE = ("poisson", "veselova-classical")  # motions that there are for n = 3 al
 
 def a_values(n: int) -> Array:
     """Return a_i in (0.7, 1.5): all products are less than D."""
-    return np.asarray(1.1 + 0.4 * np.sin(1.0 + 1.7 * np.arange(n)))
+    return 1.1 + 0.4 * np.sin(1.0 + 1.7 * np.arange(n))
 
 
 def direction(n: int) -> Array:
     """Return a unit vector without small components."""
     gamma = 1.0 + 0.6 * np.cos(1.0 + 1.9 * np.arange(n))
-    return np.asarray(gamma / np.linalg.norm(gamma))
+    return gamma / np.linalg.norm(gamma)
 
 
 def momentum(gamma: Array) -> Array:
     """Return a p ⟂ γ with |p| = 2."""
     p = np.sin(0.4 + 2.3 * np.arange(len(gamma)))
     p = gi.Sphere(len(gamma)).tangent(gamma, p)
-    return np.asarray(2.0 * p / np.linalg.norm(p))
+    return 2.0 * p / np.linalg.norm(p)
 
 
 def built(system: gi.System, parameters: Mapping[str, Any], initial: Mapping[str, Any]) -> gi.Model:
@@ -106,7 +106,7 @@ def motion(name: str, a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
 def spinning(gamma: Array, p: Array) -> Array:
     """Return γ∧p and a part that turns about the vertical (n > 2), as long as p."""
     v = gi.Sphere(len(gamma)).tangent(gamma, np.cos(0.3 + 1.1 * np.arange(len(gamma))))
-    return np.asarray(wedge(gamma, p) + 0.5 * wedge(p, v))
+    return wedge(gamma, p) + 0.5 * wedge(p, v)
 
 
 def attitude(gamma: Array) -> Array:
@@ -118,7 +118,7 @@ def attitude(gamma: Array) -> Array:
     g[0] *= -np.copysign(1.0, gamma[0])
     if gamma[0] < 0.0:
         g[-1] *= -1.0
-    return np.asarray(g)
+    return g
 
 
 def started(name: str, n: int, size: float = 1.0) -> gi.Model:

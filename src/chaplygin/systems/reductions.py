@@ -126,7 +126,7 @@ def basis_lift(basis: Array) -> Callable[[Array], Array]:
     """Return (γ′, p′) ↦ (Qγ′, Qp′)."""
 
     def lift(y: Array) -> Array:
-        return np.asarray((y.reshape(len(y), 2, -1) @ basis.T).reshape(len(y), -1))
+        return (y.reshape(len(y), 2, -1) @ basis.T).reshape(len(y), -1)
 
     return lift
 

@@ -88,7 +88,7 @@ def veselova_factors(moments: Any) -> Array:
     """Return a_i = √(𝓘_1𝓘_2𝓘_3)⁻¹ 𝓘_i, or raise `geomint.DomainError`."""
     values = gi.as_vector("moments", positive_vector("moments", moments), 3)
     root = np.sqrt(values)
-    return np.asarray(values / root[0] / root[1] / root[2])
+    return values / root[0] / root[1] / root[2]
 
 
 @dataclass(frozen=True, init=False, eq=False)

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import numpy as np
-
 import geomint as gi
 
 from ..initial_states import TANGENT, given_tangent, one_of, tangent_of_momentum
@@ -41,7 +39,7 @@ def momentum_of_velocity(a: Array, gamma: Array, velocity: Array) -> Array:
     w = γ∧γ̇, so that L = ½⟨𝓘w, w⟩ = ½(U (γ̇, A⁻¹γ̇) − (A⁻¹γ, γ̇)²).
     """
     b, v = gamma / a, velocity / a
-    return np.asarray((gamma @ b) * v - (b @ velocity) * b)
+    return (gamma @ b) * v - (b @ velocity) * b
 
 
 def on_level(gamma: Array, v: Array, f1: float, name: str) -> Array:

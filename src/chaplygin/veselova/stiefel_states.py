@@ -60,7 +60,7 @@ def allowed_part(X: Array, triangle: Array) -> Array:
     """Return the flat triangle of the part of a skew matrix in 𝔡 = span{e_s∧R^n}."""
     n = X.shape[1]
     rest = np.eye(n) - X.T @ X
-    return np.asarray(triangle - flat_triangle(rest @ skew_matrix(triangle, n) @ rest))
+    return triangle - flat_triangle(rest @ skew_matrix(triangle, n) @ rest)
 
 
 def only_allowed(X: Array, triangle: Array, name: str, frame: str = "e") -> Array:
@@ -85,10 +85,10 @@ def bound_solution(inertia: Inertia, X: Array, k: Array) -> Array:
     """Return the flat triangle of the w ∈ 𝔡 whose 𝓘w has there the part of k."""
     basis = allowed_basis(X)
     matrix = basis @ np.array([inertia.apply(b) for b in basis]).T
-    return np.asarray(solved(matrix, basis @ k) @ basis)
+    return solved(matrix, basis @ k) @ basis
 
 
 def momenta(X: Array, k: Array) -> Array:
     """Return P, shape (r, n), with k = Σ e_s∧p_s and XᵀP + PᵀX = 0, for k in span{e_s∧R^n}."""
     image = -(skew_matrix(k, X.shape[1]) @ X.T).T
-    return np.asarray(image - 0.5 * (image @ X.T) @ X)
+    return image - 0.5 * (image @ X.T) @ X

@@ -100,8 +100,7 @@ def rates_of(problem: Problem, y: Array, compiled: bool = True) -> Rate:
     if not compiled:
         return derivative
     form = problem.forms[0]
-    rates: Rate = _of_code(problem, check_form(problem, form, y), _RATES[form], True, derivative)
-    return rates
+    return _of_code(problem, check_form(problem, form, y), _RATES[form], True, derivative)
 
 
 def value_of(problem: Problem, f: Recorded, y: Array, compiled: bool = True) -> Value:
@@ -109,8 +108,7 @@ def value_of(problem: Problem, f: Recorded, y: Array, compiled: bool = True) -> 
     plain = partial(value, problem, f)
     if not compiled:
         return plain
-    number: Value = _of_code(problem, check_value(problem, f, y), _value, f, plain)
-    return number
+    return _of_code(problem, check_value(problem, f, y), _value, f, plain)
 
 
 def _of_code(problem: Problem, key: Any, make: Any, of: Any, plain: Any) -> Any:
@@ -155,8 +153,7 @@ def _field_rates(problem: Problem, compiled: bool) -> Rate:
     def field_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         state[:] = y
         call(t=t)
-        found: Array = rates.copy()
-        return found
+        return rates.copy()
 
     return field_rates
 
@@ -181,7 +178,7 @@ def _action_rates(problem: Problem, compiled: bool) -> Rate:
         size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
         element[:] = size * xi
         act()
-        return np.asarray(moved / size)
+        return moved / size
 
     return action_rates
 
@@ -213,7 +210,7 @@ class _Constrained:
         response = [self.change(y, t, way, 1.0 / (length(y[n:]) or 1.0), 0.0) for way in ways]
         if not np.isfinite([change, *response]).all():
             return np.full(n, np.nan)
-        return np.asarray(np.linalg.lstsq(np.transpose(response), change)[0] @ ways[:, n:])
+        return np.linalg.lstsq(np.transpose(response), change)[0] @ ways[:, n:]
 
     def change(self, y: Array, t: float, way: Array, fastest: float, pace: float = 1.0) -> Array:
         """Return how fast G H_p changes that way, by a difference: exact if it is quadratic."""
@@ -221,7 +218,7 @@ class _Constrained:
         for s in (by, -by):
             rates, _, G = self.at(y + s * way, t + s * pace)
             ends.append(G @ rates[: len(rates) // 2])
-        return np.asarray((ends[0] - ends[1]) / (2.0 * by))
+        return (ends[0] - ends[1]) / (2.0 * by)
 
 
 def _hamiltonian_rates(problem: Problem, compiled: bool) -> Rate:

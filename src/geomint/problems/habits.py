@@ -69,8 +69,7 @@ class Habit(NamedTuple):
 
 def habit_of(recorded: Recorded) -> Habit | None:
     """Return the first thing that a function, or one that it reaches, may not do; None if nothing."""
-    found: Habit | None = recorded.made(_first_habit)
-    return found
+    return recorded.made(_first_habit)
 
 
 def _first_habit(recorded: Recorded) -> Habit | None:

@@ -51,7 +51,7 @@ def tangent_part(normals: Array, v: Array) -> Array:
     basis, _ = np.linalg.qr((normals / np.linalg.norm(normals, axis=1, keepdims=True)).T)
     for _ in range(2):
         v = v - basis @ (basis.T @ v)
-    return np.asarray(v)
+    return v
 
 
 def brought_back(c: Function, normals: Function, z: Array) -> Array | None:

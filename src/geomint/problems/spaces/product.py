@@ -106,8 +106,7 @@ class Product(Space):
     def settled(self, states: Array) -> Booleans:
         """Tell of which every factor says so."""
         told = [f.settled(states[:, row : row + f.rows]) for f, row in self._placed()]
-        found: Booleans = np.logical_and.reduce(told)
-        return found
+        return np.logical_and.reduce(told)
 
     def project(self, **components: Any) -> Array:
         """Return the state that is named, each factor by itself."""

@@ -58,4 +58,4 @@ def skew_matrix(flat: Array, n: int) -> Array:
 
 def flat_triangle(matrix: Array) -> Array:
     """Return the flat upper triangle of a skew matrix."""
-    return np.asarray(matrix[np.triu_indices(len(matrix), 1)])
+    return matrix[np.triu_indices(len(matrix), 1)]

@@ -63,7 +63,7 @@ class Sphere(Orthonormal):
         text = f"{name} has length {size!r}, not 1: the state uses {name}/|{name}|"
         warn(text, name, abs(size - 1.0))
         result = given / np.max(np.abs(given))
-        return np.asarray(result / length(result))
+        return result / length(result)
 
     def admit(self, y: Array) -> Array:
         """Return a vector of a flat state, divided by its length if need be."""
@@ -78,8 +78,7 @@ class Sphere(Orthonormal):
         """Tell which are unit vectors, to half of what is silent."""
         with np.errstate(all="ignore"):
             defects = np.abs((states * states).sum(axis=1) - 1.0)
-        found: Booleans = defects <= 0.5 * SILENT
-        return found
+        return defects <= 0.5 * SILENT
 
     def leaning(self, y: Array, v: Array) -> float:
         """Return |(y, v)|/|v|."""
@@ -94,7 +93,7 @@ class Sphere(Orthonormal):
         result = v / (size or 1.0)
         for _ in range(2):
             result = result - (y @ result) / (y @ y) * y
-        return np.asarray(result * size)
+        return result * size
 
     def random(self, rng: np.random.Generator) -> dict[str, Array]:
         """Return a unit vector, uniform."""

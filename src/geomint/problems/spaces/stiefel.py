@@ -144,7 +144,7 @@ class Stiefel(Orthonormal):
 
 def _nearest(X: Array) -> Array:
     left, _, right = np.linalg.svd(X)
-    return np.asarray(left @ right[: len(X)])
+    return left @ right[: len(X)]
 
 
 def random_rotation(rng: np.random.Generator, n: int) -> Array:
@@ -154,7 +154,7 @@ def random_rotation(rng: np.random.Generator, n: int) -> Array:
     q[0] *= np.linalg.det(q)
     for _ in range(2):  # orthogonal to rounding, as the signs and the determinant leave it
         q = q @ (1.5 * np.eye(n) - 0.5 * q.T @ q)
-    return np.asarray(q)
+    return q
 
 
 @functools.cache
