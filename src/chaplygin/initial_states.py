@@ -7,16 +7,7 @@ import numpy as np
 import geomint as gi
 
 from .inertia import Inertia, SpecialInertia, angular_momentum
-from .manifold import (
-    REPAIRED,
-    SILENT,
-    Array,
-    length,
-    skew_components,
-    skew_matrix,
-    warn,
-    wedge,
-)
+from .manifold import REPAIRED, SILENT, Array, length, skew_components, skew_matrix, warn, wedge
 
 __all__ = ["given_tangent", "initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 

@@ -28,12 +28,7 @@ from ..exact.motions import exact_ball
 from ..inertia import Inertia, inertia_tensor, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import CLASSICAL_BALL
-from ..manifold import (
-    Array,
-    skew_components,
-    triangle_of_vector,
-    vector_of_triangle,
-)
+from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
 from .path import integrated_path
 from .rolling_states import own_attitude
 

@@ -25,13 +25,7 @@ from ..operators import after
 from .fields import ball_forms, ball_integrals, ball_parameters, opposite, turn
 from .momentum import ball_problem
 from .path import carried_path
-from .rolling_dynamics import (
-    contact_observables,
-    distance,
-    rolled,
-    rolling_dynamics,
-    rolling_work,
-)
+from .rolling_dynamics import contact_observables, distance, rolled, rolling_dynamics, rolling_work
 from .rolling_states import (
     admit_vertical,
     initial_attitude,

@@ -7,16 +7,7 @@ from ..ball.sphere import ChaplyginSphere
 from ..initial_states import initial_momentum
 from ..manifold import vector_of_triangle
 from .models import ball_model, spatial_momentum
-from .parameters import (
-    Dimension,
-    Initial,
-    Matrix,
-    Moments,
-    Number,
-    Numbers,
-    Strict,
-    Weight,
-)
+from .parameters import Dimension, Initial, Matrix, Moments, Number, Numbers, Strict, Weight
 
 
 class AnyBall(Weight):

@@ -24,15 +24,7 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
 from ..references.reference import Reference, checked_references
 from .body_path import BodyPath
-from .forms import (
-    FORMS,
-    GroupAction,
-    Hamiltonian,
-    Measure,
-    Splitting,
-    check_recorded,
-    check_types,
-)
+from .forms import FORMS, GroupAction, Hamiltonian, Measure, Splitting, check_recorded, check_types
 from .shown import Shown
 from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space

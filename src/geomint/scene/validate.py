@@ -8,14 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from ..errors import (
-    DomainError,
-    Gathered,
-    GeomintError,
-    GeomintWarning,
-    nearest,
-    shortened,
-)
+from ..errors import DomainError, Gathered, GeomintError, GeomintWarning, nearest, shortened
 from ..methods.gauss import Gauss
 from ..methods.method import Method
 from ..methods.registry import find_method
