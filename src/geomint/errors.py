@@ -268,7 +268,7 @@ def keeping(function: Callable[P, R]) -> Callable[P, R]:
         vars(found)["warnings"] = tuple(told)
         if (above := _told.get()) is not None:
             above += [warning for warning in told if warning not in above]
-        return found  # type: ignore[no-any-return]
+        return found
 
     return kept
 

@@ -150,20 +150,20 @@ def _quantiles(values: Array, parts: Sequence[float]) -> Array:
     found = np.full((len(parts), *known.shape), np.nan)
     whole = np.where(np.isfinite(values), values, np.nan)
     found[:, known] = np.nanquantile(whole[known], parts, axis=-1)
-    return np.asarray(found)
+    return found
 
 
 def _edges(centres: Array) -> Array:
     """Return the edges of cells around values: half way between them, geometrically if they are so."""
     if len(centres) == 1:
-        return np.asarray(centres[0] + np.array([-0.5, 0.5]))
+        return centres[0] + np.array([-0.5, 0.5])
     geometric = _wide(centres) and np.allclose(
         np.diff(np.log(centres)), np.log(centres[1] / centres[0])
     )
     at = np.log(centres) if geometric else centres
     middle = 0.5 * (at[1:] + at[:-1])
     edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
-    return np.asarray(np.exp(edges) if geometric else edges)
+    return np.exp(edges) if geometric else edges
 
 
 def _wide(values: Array) -> bool:

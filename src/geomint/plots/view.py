@@ -53,7 +53,7 @@ class View:
 
     def __call__(self, points: Array) -> Array:
         """Return (right, up, towards the eye) of points, shape (..., 3)."""
-        return np.asarray(points @ self.axes.T)
+        return points @ self.axes.T
 
     def draw_curve(self, axis: Axes, points: Array, **style: Any) -> None:
         """Draw a curve on a sphere about the origin: what is behind is faint."""

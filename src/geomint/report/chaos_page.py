@@ -51,8 +51,7 @@ def chaos_record(plan: ChaosPlan, found: Lyapunov, command: str | None) -> dict[
         "warnings": [warning.as_json() for warning in found.warnings],
         "provenance": scene_record(plan.scene, command),
     }
-    told: dict[str, Any] = finite_json(record)
-    return told
+    return finite_json(record)
 
 
 def chaos_lines(title: str, record: dict[str, Any]) -> list[str]:

@@ -91,8 +91,7 @@ def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str
         "notes": list(plan.notes),
         "provenance": {**scene_record(plan.scene, command), "seed": section.seed},
     }
-    told: dict[str, Any] = finite_json(record)
-    return told
+    return finite_json(record)
 
 
 def _place(plan: ScanPlan, k: int) -> dict[str, float]:

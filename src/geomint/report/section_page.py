@@ -52,8 +52,7 @@ def section_record(plan: SectionPlan, section: Section, command: str | None) -> 
         "warnings": [warning.as_json() for warning in section.warnings],
         "provenance": {**scene_record(plan.scene, command), "seed": content.section.seed},
     }
-    found: dict[str, Any] = finite_json(record)
-    return found
+    return finite_json(record)
 
 
 def _last(section: Section, motion: int) -> float | None:

@@ -172,13 +172,13 @@ class Trial:
 
     def end_state(self, end: float, method: Method, steps: int) -> Array:
         """Return the last state of a run."""
-        return np.asarray(self.run(end, method, steps).y[-1])
+        return self.run(end, method, steps).y[-1]
 
     def own_condition(self, method: Method, end: float, steps: int) -> float:
         """Return what a relative change grows to along the method's own run."""
 
         def from_other(problem: Problem, y0: Array) -> Array:
-            return np.asarray(self.run(end, method, steps, problem, y0).y[-1])
+            return self.run(end, method, steps, problem, y0).y[-1]
 
         return condition_of(self.problem, self.y0, from_other, self.named)
 

@@ -202,8 +202,7 @@ def run_item(item: Item) -> Cell:
 def cell_of(outcome: Outcome) -> Cell:
     """Return the cell of an item, also of one that hung or whose process died."""
     if outcome.ending == "done":
-        cell: Cell = outcome.value
-        return cell
+        return outcome.value
     item: Item = outcome.item
     verdict = "hung" if outcome.ending == "hung" else "untyped"
     found = {"verdict": verdict, "message": outcome.message, "seconds": outcome.seconds}

@@ -85,5 +85,4 @@ def _in_chunks(
     seen = Seen(times, times, states, np.ones(STEPS, dtype=bool), step)
     for first in range(0, STEPS, size):
         watch.add(seen.of(slice(first, first + size)))
-    found: Drift = next(iter(watch.drifts(STEPS)))
-    return found
+    return next(iter(watch.drifts(STEPS)))

@@ -171,7 +171,7 @@ def _cut(turns: Array, signal: Any) -> Array:
         said = "samples close enough to tell by how much the angle has turned: not by any angle"
         raise DomainError("signal", signal, said)
     cut = around[widest] + 0.5 * gaps[widest]
-    return np.asarray(cut - 2.0 * np.pi + np.mod(turns - cut, 2.0 * np.pi))
+    return cut - 2.0 * np.pi + np.mod(turns - cut, 2.0 * np.pi)
 
 
 def times_power_of_two(z: Any, powers: Any) -> Any:
@@ -185,7 +185,7 @@ def _mean(rows: Array) -> Array:
     s = np.arange(1, count + 1) / (count + 1)
     w = np.exp(4.0 - 1.0 / (s * (1.0 - s)))  # 1 in the middle
     plain = rows.mean(axis=1)
-    return np.asarray(plain + (w * (rows - plain[:, None])).sum(axis=1) / w.sum())
+    return plain + (w * (rows - plain[:, None])).sum(axis=1) / w.sum()
 
 
 def _varies(rows: Array) -> tuple[Array, Array]:

@@ -95,7 +95,7 @@ def _window(count: int, order: int) -> Array:
     """Return Hann's window of that order: (1 + cos πx)^p, of mean 1, x from −1 to 1."""
     x = np.linspace(-1.0, 1.0, count)
     values = (1.0 + np.cos(np.pi * x)) ** order
-    return np.asarray(values / np.mean(values))
+    return values / np.mean(values)
 
 
 def _largest(z: Array, times: Array, window: Array) -> float:

@@ -288,7 +288,7 @@ def _is_walk(part: Part) -> bool:
 def block_means(series: Array) -> Array:
     """Return the means of 16 blocks of equal length; what is over at the start is left out."""
     usable = len(series) // BLOCKS * BLOCKS
-    return np.asarray(series[len(series) - usable :].reshape(BLOCKS, -1).mean(axis=1))
+    return series[len(series) - usable :].reshape(BLOCKS, -1).mean(axis=1)
 
 
 def _exponent(values: Array, k: Array) -> float:

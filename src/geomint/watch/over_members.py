@@ -127,7 +127,7 @@ def _drawn(squares: Array, seed: int) -> Array:
     spread = np.sqrt(count / max(count - 1, 1))
     means = weights @ groups / weights.sum(axis=1, keepdims=True)
     mean = squares.mean(axis=0)
-    return np.asarray(np.maximum(mean + spread * (means - mean), 1e-3 * mean))
+    return np.maximum(mean + spread * (means - mean), 1e-3 * mean)
 
 
 def _groups(squares: Array) -> int:
@@ -160,4 +160,4 @@ def _log_mean(b: float, begin: Array, end: Array) -> Array:
         integral = np.log(end / np.maximum(begin, 1e-300))
     else:
         integral = (end**power - np.maximum(begin, 1e-300) ** power) / power
-    return np.asarray(0.5 * np.log(integral / (end - begin)))
+    return 0.5 * np.log(integral / (end - begin))

@@ -109,4 +109,4 @@ class _Fits:
         """Return the covariance of the coefficients, the largest among the likely noises."""
         every = self._floors[:, None, None] * np.linalg.inv(self._gram)
         traces = np.trace(every, axis1=1, axis2=2)
-        return np.asarray(every[self._likely[np.argmax(traces[self._likely])]])
+        return every[self._likely[np.argmax(traces[self._likely])]]

@@ -60,17 +60,17 @@ class Windows(Compared):
     @property
     def times(self) -> Array:
         """Mean time of each full window."""
-        return np.asarray(self.closed[0])
+        return self.closed[0]
 
     @property
     def means(self) -> Array:
         """Mean deviation of each full window."""
-        return np.asarray(self.closed[1])
+        return self.closed[1]
 
     @property
     def maxima(self) -> Array:
         """Largest absolute deviation in each full window."""
-        return np.asarray(self.closed[2])
+        return self.closed[2]
 
 
 class Series:
