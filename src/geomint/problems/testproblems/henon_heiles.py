@@ -1,7 +1,5 @@
 """Hénon and Heiles: two coupled anharmonic oscillators."""
 
-from typing import Any
-
 import numpy as np
 
 from ...kernels.compiling.recorded import field
@@ -18,7 +16,7 @@ CHAOTIC = np.array([0.0, 0.3, np.sqrt(0.138), 0.2])  # energy 1/8
 
 
 @field
-def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+def force(params, t, q, out, work):
     """−∂V/∂q."""
     q1, q2 = q[0], q[1]
     out[0] = -q1 - 2.0 * params[0] * q1 * q2
@@ -26,7 +24,7 @@ def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
 
 
 @field
-def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def motion(params, t, y, out, work):
     """q̇ = p, ṗ = −∂V/∂q."""
     out[0] = y[2]
     out[1] = y[3]
@@ -34,7 +32,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @field
-def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def energy(params, t, y, work):
     """H = ½(|p|² + |q|²) + λ (q₁² q₂ − q₂³/3)."""
     q1, q2 = y[0], y[1]
     kinetic = 0.5 * (y[2] * y[2] + y[3] * y[3])

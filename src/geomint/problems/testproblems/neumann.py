@@ -28,7 +28,7 @@ def strength(params: Any, t: Any) -> Any:
 
 
 @field
-def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def motion(params, t, y, out, work):
     """q̇ = p, ṗ = −φAq + λq, λ = (φ(q, Aq) − (p, p))/(q, q), φ = 1 + ε cos 2t."""
     n = len(y) // 2
     phi, a = strength(params, t), section(params, LAYOUT, "a")
@@ -44,7 +44,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @field
-def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+def potential_gradient(params, t, q, out, work):
     """∂V/∂q = φAq."""
     phi, a = strength(params, t), section(params, LAYOUT, "a")
     for i in range(len(q)):
@@ -52,7 +52,7 @@ def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None
 
 
 @field
-def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+def gradients(params, t, q, p, dq, dp, work):
     """∂H/∂q = φAq, ∂H/∂p = p."""
     phi, a = strength(params, t), section(params, LAYOUT, "a")
     for i in range(len(q)):
@@ -61,7 +61,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
 
 
 @field
-def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+def energy(params, t, y, work):
     """H = ½((p, p) + φ(q, Aq)); with ε = 0 it is ½ Σ a_k F_k on T*S^(n−1)."""
     n, a = len(y) // 2, section(params, LAYOUT, "a")
     kinetic, potential = y[n] * y[n], a[0] * y[0] * y[0]
@@ -75,7 +75,7 @@ def uhlenbeck(k: int) -> Recorded:
     """F_k = q_k² + Σ_{j≠k} (q_k p_j − q_j p_k)²/(a_k − a_j)."""
 
     @field
-    def integral(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def integral(params, t, y, work):
         n, a = len(y) // 2, section(params, LAYOUT, "a")
         total = y[k] * y[k]
         for j in range(n):

@@ -29,14 +29,14 @@ def angular_velocity(params: Any, t: Any, y: Any, i: int) -> Any:
 
 
 @field
-def generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def generator(params, t, y, out, work):
     """ξ = −Ω: the vectors turn against the body."""
     for i in range(3):
         out[i] = -angular_velocity(params, t, y, i)
 
 
 @field
-def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def motion(params, t, y, out, work):
     """ṁ = m × Ω, γ̇ = γ × Ω."""
     w0 = angular_velocity(params, t, y, 0)
     w1 = angular_velocity(params, t, y, 1)

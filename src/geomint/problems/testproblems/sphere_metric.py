@@ -31,7 +31,7 @@ def named(params: Any, n: int) -> Any:
 
 
 @field
-def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+def gradients(params, t, q, p, dq, dp, work):
     """∂H/∂q = ½|p|² ∂φ/∂q + (1 + ½ sin 2t) c, ∂H/∂p = φp + ψ(b, p) b."""
     n = len(q)
     epsilon, delta, psi, b, c = named(params, n)
@@ -49,7 +49,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
 
 
 @field
-def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def motion(params, t, y, out, work):
     """q̇ = v = ∂H/∂p, ṗ = f − λq with f = −∂H/∂q and λ from d(q, v)/dt = 0.
 
     ::
@@ -88,7 +88,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @field
-def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
+def tangency(params, t, y, work):
     """(q, ∂H/∂p)."""
     n = len(y) // 2
     epsilon, delta, psi, b, _ = named(params, n)
