@@ -11,7 +11,7 @@ import geomint as gi
 from geomint import as_vector
 from geomint.arguments import as_array, whole
 
-from .manifold import Array, flat_triangle, skew_matrix, triangle_rows
+from .manifold import Array, Named, flat_triangle, skew_matrix, triangle_rows
 
 __all__ = [
     "GeneralInertia",
@@ -373,12 +373,12 @@ def angular_momentum(inertia: Inertia, D: float, gamma: Array, omega: Array) -> 
     return inertia.apply(omega) + D * flat_triangle(np.outer(v, gamma) - np.outer(gamma, v))
 
 
-def parameters_of(inertia: Inertia, D: float) -> dict[str, Any]:
+def parameters_of(inertia: Inertia, D: float) -> Named:
     """Return the parameters of a ball by name, for reports."""
     return {**operator_parameters(inertia), "D": D}
 
 
-def operator_parameters(inertia: Inertia) -> dict[str, Any]:
+def operator_parameters(inertia: Inertia) -> Named:
     """Return the parameters of an operator by name, for reports."""
     if isinstance(inertia, SpecialInertia):
         return {"a": inertia.a.tolist(), "D": inertia.D}

@@ -7,7 +7,18 @@ import numpy as np
 import geomint as gi
 
 from .inertia import Inertia, SpecialInertia, angular_momentum
-from .manifold import REPAIRED, SILENT, Array, length, skew_components, skew_matrix, warn, wedge
+from .manifold import (
+    REPAIRED,
+    SILENT,
+    Array,
+    Arrays,
+    Named,
+    length,
+    skew_components,
+    skew_matrix,
+    warn,
+    wedge,
+)
 
 __all__ = ["given_tangent", "initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
@@ -19,7 +30,7 @@ FITTING = {  # which other system takes what this one refuses
 }
 
 
-def one_of(components: dict[str, Any], known: tuple[str, ...] = KEYS) -> str:
+def one_of(components: Named, known: tuple[str, ...] = KEYS) -> str:
     """Return the name of the only momentum given, or raise `geomint.DomainError`."""
     for name, value in components.items():
         if name not in known:
@@ -110,7 +121,7 @@ def tangent_of_momentum(
     return p
 
 
-def tangent_arrays(y: Array, scale: float = 1.0) -> dict[str, Array]:
+def tangent_arrays(y: Array, scale: float = 1.0) -> Arrays:
     """Return γ and k = γ∧p of a flat state (γ, p/scale): what other forms of the motion give too."""
     gamma, p = np.array(np.split(y, 2))
     return {"gamma": gamma, "k": wedge(gamma, scale * p)}

@@ -25,7 +25,7 @@ import geomint as gi
 from geomint import section, sqrt
 
 from .commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
-from .manifold import Array
+from .manifold import Array, Named
 
 __all__ = [
     "equal_groups",
@@ -66,7 +66,7 @@ def factors(params, n):
 
 def special_parameters(
     a: Array, D: float, physical: bool, splitting: Any = ()
-) -> tuple[Array, dict[str, Any]]:
+) -> tuple[Array, Named]:
     """Return the parameters of a problem on T*S^(n−1), and the integrals that it shares by name.
 
     Parameters

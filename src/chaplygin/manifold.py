@@ -4,6 +4,7 @@ States are admitted as `geomint.problems.spaces.repair` says: a component that a
 projected with a warning, a flat state is repaired or refused.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,9 @@ __all__ = [
     "REPAIRED",
     "SILENT",
     "Array",
+    "Arrays",
+    "Map",
+    "Named",
     "flat_triangle",
     "length",
     "repaired",
@@ -31,6 +35,11 @@ __all__ = [
     "warn",
     "wedge",
 ]
+
+
+Arrays = dict[str, Array]  # by name
+Named = dict[str, Any]  # values, or recorded functions
+Map = Callable[[Array], Array]  # of states
 
 
 def upright(gamma: Array) -> Array:

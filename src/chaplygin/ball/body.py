@@ -17,7 +17,7 @@ from geomint import as_vector
 from geomint.arguments import as_array
 
 from ..inertia import positive_number
-from ..manifold import Array, triangle_of_vector
+from ..manifold import Array, Named, triangle_of_vector
 from .contact import contact_forms
 from .fields import ball_parameters
 from .path import carried_path
@@ -159,7 +159,7 @@ def with_velocities(make_state: Any) -> Any:
 
 
 @functools.cache
-def angular_velocities(omega: Any, rows: Any) -> dict[str, Any]:
+def angular_velocities(omega: Any, rows: Any) -> Named:
     """Return the components of the angular velocity as observables of (k, γ, g, r), n = 3."""
     locate = contact_forms(omega, 3, rows)["locate"]
 

@@ -28,7 +28,7 @@ from ..exact.motions import exact_ball
 from ..inertia import Inertia, inertia_tensor, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import CLASSICAL_BALL
-from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
+from ..manifold import Array, Arrays, Named, skew_components, triangle_of_vector, vector_of_triangle
 from .path import integrated_path
 from .rolling_states import own_attitude
 
@@ -122,7 +122,7 @@ def turning_vectors(omega_of: Any) -> tuple[Any, Any]:
 
 
 @functools.cache
-def classical_forms(full: bool) -> dict[str, Any]:
+def classical_forms(full: bool) -> Named:
     """Return field, eq. (Chap), generator, energy, log of the density and the momentum in space."""
     omega_of = full_omega if full else diagonal_omega
     weight = full_weight if full else diagonal_weight
@@ -171,7 +171,7 @@ def routh_integral(axis: int) -> Any:
     return gi.observable(routh)
 
 
-def vector_arrays(y: Array) -> dict[str, Array]:
+def vector_arrays(y: Array) -> Arrays:
     """Return γ⃗ and the flat triangle of k⃗ of a state (k⃗, γ⃗, …)."""
     return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
 
@@ -236,7 +236,7 @@ def classical_problem(
         vertical, k = initial_momentum(inertia, D, gamma, vector=True, **components)
         return np.concatenate([vector_of_triangle(k), vertical, *last])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+    def make_random(rng: np.random.Generator) -> Named:
         g = gi.Rotations(3).random(rng)["g"]
         return {"gamma": g[-3:], "k": rng.normal(size=3), **({"g": g} if attitude else {})}
 

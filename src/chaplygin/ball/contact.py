@@ -20,7 +20,7 @@ from geomint import part, section
 
 from ..inertia import Inertia, parameters_of
 from ..literature import BALL
-from ..manifold import Array, triangle_rows
+from ..manifold import Array, Named, triangle_rows
 from ..operators import after
 from .fields import ball_forms, ball_integrals, ball_parameters, opposite, turn
 from .momentum import ball_problem
@@ -38,7 +38,7 @@ __all__ = ["contact_problem"]
 
 
 @functools.cache
-def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
+def contact_forms(omega: Any, n: int, rows: Any) -> Named:
     """Return field, generator, defect of the vertical, and where things lie; y = (k, γ, g, r)."""
     size, square = triangle_rows(n), n * n
     turning = size + n + square  # rows that turn; r comes after them

@@ -22,7 +22,7 @@ from geomint.problems.spaces.sphere import product
 
 from ..inertia import Inertia
 from ..integrable import inner
-from ..manifold import Array, skew_components, triangle_rows
+from ..manifold import Array, Named, skew_components, triangle_rows
 from ..operators import after, operator_entries
 from .angular_velocity import (
     about_vertical,
@@ -172,7 +172,7 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
 class BallIntegrals(NamedTuple):
     """Integrals by name, and the momentum in space."""
 
-    invariants: dict[str, Any]
+    invariants: Named
     spatial_momentum: Any
 
 

@@ -25,7 +25,7 @@ from ..inertia import SpecialInertia, parameters_of
 from ..initial_states import initial_tangent, multiplier, tangent_arrays
 from ..integrable import factors, inner, physical_scale, special_parameters, weighted
 from ..literature import BALL
-from ..manifold import Array
+from ..manifold import Array, Arrays
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 from .path import integrated_path
 
@@ -136,7 +136,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         vertical, p = initial_tangent(inertia, D, gamma, **components)
         return np.concatenate([vertical, p / multiplier(inertia.a, D, vertical)])
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         return tangent_arrays(y, multiplier(inertia.a, D, y[:n]))
 
     return gi.Problem(

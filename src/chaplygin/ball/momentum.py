@@ -20,7 +20,7 @@ from ..exact.motions import exact_turn
 from ..inertia import Inertia, parameters_of
 from ..initial_states import initial_momentum
 from ..literature import BALL
-from ..manifold import Array, triangle_rows
+from ..manifold import Array, Arrays, Named, triangle_rows
 from .fields import ball_forms, ball_integrals, ball_parameters, ball_work
 from .path import integrated_path
 from .rolling_states import initial_attitude, own_attitude
@@ -60,7 +60,7 @@ def ball_problem(inertia: Inertia, D: float, attitude: bool = False, k0: Any = N
         vertical, k = initial_momentum(inertia, D, gamma, **components)
         return np.concatenate([k, vertical, *last])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+    def make_random(rng: np.random.Generator) -> Named:
         if not attitude:
             return space.random(rng)
         parts = (gi.Skew(n) * gi.Rotations(n)).random(rng)
@@ -91,7 +91,7 @@ def _ball(
     forms = ball_forms(omega, n, rows, vertical)
     kept = ball_integrals(n, rows, vertical, frame)
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         return {"gamma": np.array(y[vertical : vertical + n]), "k": np.array(y[:size])}
 
     return gi.Problem(

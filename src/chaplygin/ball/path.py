@@ -13,7 +13,7 @@ import numpy as np
 import geomint as gi
 
 from ..inertia import Inertia, inertia_tensor
-from ..manifold import Array, upright, vector_of_triangle
+from ..manifold import Array, Arrays, upright, vector_of_triangle
 
 KNOWN = 0.02  # of a radius, or of the length of the path: what a picture may be wrong by
 
@@ -34,7 +34,7 @@ def carried_path(space: gi.Space, rho: float, unit: str = "dimensionless") -> Pa
 def integrated_path(
     inertia: Inertia,
     D: float,
-    physical: Callable[[Array], dict[str, Array]],
+    physical: Callable[[Array], Arrays],
     frame: slice | None = None,
 ) -> Path | None:
     """Return the path of states that lack the contact point, n = 3; None in other dimensions.

@@ -14,7 +14,6 @@ In τ the density of the measure is 1/(γ⃗, Wγ⃗).
 """
 
 import functools
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from geomint import log, section, sqrt
 
 from ..inertia import Inertia, inertia_tensor, parameters_of
 from ..literature import POISSON_BALL
-from ..manifold import Array
+from ..manifold import Array, Named
 from .classical import (
     DIAGONAL,
     FULL,
@@ -42,7 +41,7 @@ __all__ = ["poisson_problem", "poisson_tensor"]
 
 
 @functools.cache
-def poisson_forms(full: bool) -> dict[str, Any]:
+def poisson_forms(full: bool) -> Named:
     """Return field, generator, clock and log of the density; params: those of `classical`, c²."""
     omega_of = full_omega if full else diagonal_omega
     weight = full_weight if full else diagonal_weight

@@ -31,7 +31,7 @@ from ..inertia import Inertia, SpecialInertia, parameters_of
 from ..initial_states import initial_tangent, tangent_arrays
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import BALL
-from ..manifold import Array, triangle_rows
+from ..manifold import Array, Named, triangle_rows
 from ..operators import in_two
 from .angular_velocity import log_density_after, omega_for, omega_work, wedge_sum
 from .fields import BallForms, turn_vectors, turning_forms
@@ -154,7 +154,7 @@ def reduced_problem(inertia: Inertia, D: float) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
     """
     n = inertia.n
-    integrals: dict[str, Any] = {}
+    integrals: Named = {}
     exact = None
     if isinstance(inertia, SpecialInertia):
         exact = exact_sphere(inertia.a, D, True)

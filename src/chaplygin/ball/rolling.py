@@ -30,7 +30,7 @@ from geomint import as_vector, part, section
 from ..inertia import Inertia, angular_momentum, parameters_of
 from ..integrable import inner
 from ..literature import BALL
-from ..manifold import Array, triangle_rows
+from ..manifold import Array, Arrays, triangle_rows
 from ..operators import after, operator_applied
 from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
 from .fields import ball_integrals, ball_parameters
@@ -154,7 +154,7 @@ def rolling_problem(inertia: Inertia, m: Any, rho: Any, k0: Any = None) -> gi.Pr
         velocity = admit_velocity(parts["v"], rho, parts["g"], parts["omega"])
         return space.join({**parts, "v": velocity})
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         parts = space.split(y)
         gamma, w = parts["g"][-n:], parts["omega"]
         return {"gamma": gamma, "k": angular_momentum(inertia, D, gamma, w)}

@@ -25,7 +25,7 @@ import geomint as gi
 from geomint import part, section, sqrt
 
 from ..integrable import inner
-from ..manifold import triangle_rows
+from ..manifold import Named, triangle_rows
 from ..operators import after, in_two, operator_applied
 from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
 from .fields import opposite, turn, turn_vectors
@@ -85,9 +85,7 @@ def rolling_dynamics(omega: Any, n: int, rows: Any) -> RollingDynamics:
 
 
 @functools.cache
-def contact_observables(
-    dynamics: RollingDynamics, n: int, rows: Any, locate: Any
-) -> dict[str, Any]:
+def contact_observables(dynamics: RollingDynamics, n: int, rows: Any, locate: Any) -> Named:
     r"""Return the observables that both forms have, by name.
 
     * ``contact-i``, i = 1 … n−1: the component r_i of the contact point;
@@ -169,7 +167,7 @@ def rolling_space(n: int) -> gi.Space:
 
 
 @functools.cache
-def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str, Any]:
+def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> Named:
     """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
     size, square = triangle_rows(n), n * n
     slices = rolling_space(n).slices

@@ -47,7 +47,6 @@ them are different, so that this is no `Correspondence`.
 """
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,7 +61,7 @@ from ..exact.classical import principal_moments, without_area
 from ..inertia import SpecialInertia, positive_vector
 from ..initial_states import multiplier
 from ..integrable import factors, physical_scale
-from ..manifold import Array
+from ..manifold import Array, Map
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem, normal_squared
 from ..veselova.body import Veselova, veselova_factors
@@ -106,8 +105,8 @@ class Correspondence:
     name: str
     source: gi.Problem
     target: gi.Problem
-    forward: Callable[[Array], Array]
-    backward: Callable[[Array], Array]
+    forward: Map
+    backward: Map
     rate: Any
 
     def clocked(self) -> gi.Problem:

@@ -8,7 +8,6 @@ relative error ε of it turns into a phase error of about condition · ω τ ε.
 """
 
 import functools
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from ..initial_states import multiplier
 from ..manifold import Array, length
 from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
-from .clock import Clock, packed_clock, sampled_clock
+from .clock import Clock, Sampled, packed_clock, sampled_clock
 from .clock_functions import at_time, clock_work, tau_at
 from .clock_series import product_clock
 from .functions import at_angles, at_tau, state_rows, state_work
@@ -256,7 +255,7 @@ class ExactFlow(MadeOfNumbers):
         """Return states of the problem of the flow's own: these."""
         return y
 
-    def quadrature(self, rate: Callable[[Array], Array]) -> Quadrature:
+    def quadrature(self, rate: Sampled) -> Quadrature:
         """Return ∫ rate dτ along the motion, of a function of φ that need not be of one sign.
 
         Parameters

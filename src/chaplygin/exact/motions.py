@@ -8,8 +8,10 @@ import numpy as np
 from ..inertia import SpecialInertia
 from ..manifold import Array
 
+Motion = Callable[[Array], Any]  # of a state
 
-def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
+
+def exact_sphere(a: Array, D: float, physical: bool) -> Motion:
     """Return y0 ↦ the exact motion of the sphere with the special operator.
 
     Parameters
@@ -22,14 +24,12 @@ def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
     return _exact(a, D, (D, -1.0), physical)
 
 
-def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
+def exact_veselova(a: Array, D: float, physical: bool) -> Motion:
     """Return y0 ↦ the exact motion of the Veselova problem with r = 1; as `exact_sphere`."""
     return _exact(a, D, (0.0, D * D), physical)
 
 
-def _exact(
-    a: Array, D: float, energy: tuple[float, float], physical: bool
-) -> Callable[[Array], Any]:
+def _exact(a: Array, D: float, energy: tuple[float, float], physical: bool) -> Motion:
     def motion(y: Array) -> Any:
         from .flow import ExactFlow
         from .separated_energy import SeparatedEnergy
@@ -39,7 +39,7 @@ def _exact(
     return motion
 
 
-def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
+def exact_ball(inertia: Any, D: float) -> Motion:
     """Return y0 ↦ the exact motion of the ball in R³ at any area constant."""
 
     def motion(y: Array) -> Any:
@@ -50,7 +50,7 @@ def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
     return motion
 
 
-def exact_turn(inertia: Any, D: float) -> Callable[[Array], Any] | None:
+def exact_turn(inertia: Any, D: float) -> Motion | None:
     """Return y0 ↦ the exact motion of the ball in (k, γ) or (k, γ, g) if I = s·1, else None."""
     special = isinstance(inertia, SpecialInertia)
     if not special or (inertia.n > 2 and np.ptp(inertia.a) != 0.0):
@@ -64,7 +64,7 @@ def exact_turn(inertia: Any, D: float) -> Callable[[Array], Any] | None:
     return motion
 
 
-def exact_body(inverse: Array, f1: float) -> Callable[[Array], Any]:
+def exact_body(inverse: Array, f1: float) -> Motion:
     """Return y0 ↦ the exact motion of the classical Veselova problem; inverse moments, and f₁."""
 
     def motion(y: Array) -> Any:

@@ -1,9 +1,10 @@
 """Motions are equal if the numbers that they are made of are, bit by bit."""
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+
+from ..manifold import Named
 
 
 class MadeOfNumbers:
@@ -17,8 +18,8 @@ class MadeOfNumbers:
     def __hash__(self) -> int:
         return hash(tuple(self._numbers().items()))
 
-    def _numbers(self) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+    def _numbers(self) -> Named:
+        found: Named = {}
         for name, value in vars(self).items():
             if isinstance(getattr(type(self), name, None), cached_property):
                 continue

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ..exact.reconstruction import ContactPath
 
 
+Record = dict[str, Any]
 EXACT_FILES = report_files("exact")
 WORDS = {
     "vertical": "The vertical γ on its sphere stays between curves λ = const.",
@@ -42,14 +43,14 @@ WORDS = {
 
 def exact_record(
     scene: gi.Scene, name: str, exact: ExactFlow, times: Sequence[float], command: str | None
-) -> dict[str, Any]:
+) -> Record:
     """Return the content of ``exact.json``: frequencies, ovals, errors, states at the times asked for.
 
     `mean_frequencies` and `clock` are null where physical time is not available, and `no_time` says
     why; `ovals` are the intervals of the separated coordinates, `longest` is the time τ beyond which
     phases mean nothing.
     """
-    record: dict[str, Any] = {
+    record: Record = {
         "representation": name,
         "n": len(exact.a),
         "ovals": exact.ovals,
@@ -120,7 +121,7 @@ def write_exact_report(
     return write_files(folder, EXACT_FILES, page, json_of(record), pictures, others, more)
 
 
-def _verdict(record: dict[str, Any]) -> str:
+def _verdict(record: Record) -> str:
     """Return what was found, in a sentence or two."""
     count = len(record["frequencies"])
     kind = "periodic" if count == 1 else f"quasi-periodic, on a torus of {count} dimensions"
@@ -129,7 +130,7 @@ def _verdict(record: dict[str, Any]) -> str:
     return f"The motion is {kind}.{per}"
 
 
-def _given(record: dict[str, Any]) -> dict[str, str]:
+def _given(record: Record) -> dict[str, str]:
     """Return system, parameters and initial state as the scene has them."""
     provenance = record["provenance"]
     name = provenance["scene"]["system"]["name"]
@@ -137,7 +138,7 @@ def _given(record: dict[str, Any]) -> dict[str, str]:
     return scene_facts(provenance, system, "exact flow, without steps")
 
 
-def _facts(record: dict[str, Any], exact: ExactFlow) -> dict[str, str]:
+def _facts(record: Record, exact: ExactFlow) -> dict[str, str]:
     fastest = float(np.max(np.abs(exact.frequencies)))
     relative = float(exact.phase_error(1e3 / fastest)) / 1e3
     facts = {
@@ -150,7 +151,7 @@ def _facts(record: dict[str, Any], exact: ExactFlow) -> dict[str, str]:
     return facts | ({"physical time": record["no_time"]} if record["no_time"] else {})
 
 
-def _rows(record: dict[str, Any]) -> list[dict[str, str]]:
+def _rows(record: Record) -> list[dict[str, str]]:
     """Return a row for each angle: separated ones have an oval."""
     means = record["mean_frequencies"]
     rows = []
@@ -186,9 +187,7 @@ def _save(problem: gi.Problem, exact: ExactFlow, path: Path) -> None:
         writer.writerows(np.column_stack([tau, lam, states]).tolist())
 
 
-def _paper(
-    scene: gi.Scene, record: dict[str, Any], panels: dict[str, Any], citation: gi.Citation
-) -> Paper:
+def _paper(scene: gi.Scene, record: Record, panels: Record, citation: gi.Citation) -> Paper:
     words = " ".join(WORDS[which] for which in panels)
     rows = [
         [f"φ{k}", row["frequency"], row["mean"], row["oval"]]

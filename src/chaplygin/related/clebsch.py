@@ -33,7 +33,7 @@ from ..commuting_integrals import coefficient_tables, table, tabulated, weighted
 from ..inertia import positive_vector
 from ..integrable import inner, weighted
 from ..literature import CLEBSCH, NEUMANN
-from ..manifold import Array, triangle_rows
+from ..manifold import Array, Named, triangle_rows
 
 __all__ = ["clebsch_problem", "neumann_problem"]
 
@@ -83,7 +83,7 @@ def neumann_gradients(params, t, q, p, dq, dp, work):
 
 
 @functools.cache
-def clebsch_forms(n: int) -> dict[str, Any]:
+def clebsch_forms(n: int) -> Named:
     """Return field, gradients and energy."""
 
     @gi.helper

@@ -37,7 +37,7 @@ from ..commuting_integrals import coefficient_tables, table, tabulated, weighted
 from ..inertia import positive_vector
 from ..integrable import inner, weighted
 from ..literature import ELLIPSOID
-from ..manifold import SILENT, Array, length, repaired, warn
+from ..manifold import SILENT, Array, Arrays, Named, length, repaired, warn
 
 __all__ = ["ellipsoid_problem", "normal_squared"]
 
@@ -200,11 +200,11 @@ class Ellipsoid(gi.Space):
 
     constraint = ellipsoid_constraint
 
-    def constraints_at(self, first: int) -> dict[str, Any]:
+    def constraints_at(self, first: int) -> Named:
         """(x, A⁻¹x) − 1."""
         return {"ellipsoid": weighted_product(self.n, first, first)}
 
-    def tangencies_at(self, first: int, second: int) -> dict[str, Any]:
+    def tangencies_at(self, first: int, second: int) -> Named:
         """(A⁻¹x, p)."""
         return {"tangency": weighted_product(self.n, first, second)}
 
@@ -234,7 +234,7 @@ class Ellipsoid(gi.Space):
         defect, said = abs(size - 1.0) * (size + 1.0), f"({self.name}, {self.name}/a) − 1"
         return repaired(self.name, y, defect, said, "a point of the ellipsoid", lambda: y / size)
 
-    def random(self, rng: np.random.Generator) -> dict[str, Array]:
+    def random(self, rng: np.random.Generator) -> Arrays:
         """Return a point whose direction is uniform."""
         (x,) = gi.Sphere(self.n).random(rng).values()
         return {self.name: x / np.sqrt(x @ (x / np.array(self.a)))}

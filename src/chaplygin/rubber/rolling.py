@@ -41,7 +41,7 @@ from ..ball.rolling_states import (
 from ..inertia import GeneralInertia, Inertia, operator_parameters
 from ..integrable import inner
 from ..literature import RUBBER
-from ..manifold import Array, triangle_rows
+from ..manifold import Array, Arrays, Named, triangle_rows
 from ..operators import after, in_two, operator_applied, operator_entries
 from ..veselova.bound_velocity import (
     BOUND,
@@ -74,7 +74,7 @@ def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
 
 
 @functools.cache
-def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
+def rubber_forms(full: bool, n: int, rows: Rubber) -> Named:
     """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
     size, square = triangle_rows(n), n * n
     turning = rolling_space(n).slices["omega"].start
@@ -171,7 +171,7 @@ def rubber_rolling_problem(
         velocity = rolling_velocity(rho, attitude, w) if v is None else as_vector("v", v, n - 1)
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+    def make_random(rng: np.random.Generator) -> Named:
         g = gi.Rotations(n).random(rng)["g"]
         p = gi.Sphere(n).tangent(g[-n:], rng.normal(size=n))
         return {"g": g, "p": p, "r": rng.normal(size=n - 1)}
@@ -182,7 +182,7 @@ def rubber_rolling_problem(
         velocity = admit_velocity(parts["v"], rho, parts["g"], w)
         return space.join({**parts, "omega": w, "v": velocity})
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         parts = space.split(y)
         gamma, moment = parts["g"][-n:], total.apply(parts["omega"])
         return {"gamma": gamma, "k": allowed_part(gamma[None], moment)}

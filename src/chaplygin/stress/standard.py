@@ -7,7 +7,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..manifold import Array, wedge
+from ..manifold import Array, Named, wedge
 from ..systems.ball import GROUP, POISSON
 from ..systems.lr import LR
 from ..systems.related import CLEBSCH, ELLIPSOID, NEUMANN
@@ -56,7 +56,7 @@ def momentum(gamma: Array) -> Array:
 def built(system: gi.System, parameters: Mapping[str, Any], initial: Mapping[str, Any]) -> gi.Model:
     """Return the model of a system, from parameters and states as arrays."""
 
-    def plain(given: Mapping[str, Any]) -> dict[str, Any]:
+    def plain(given: Mapping[str, Any]) -> Named:
         return {key: v.tolist() if isinstance(v, np.ndarray) else v for key, v in given.items()}
 
     arguments = system.parameters(**plain(parameters)), system.initial(**plain(initial))
@@ -79,7 +79,7 @@ def motion(name: str, a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
     direction γ. The potentials of ``neumann`` and ``clebsch`` grow with (p, p), so that p has no unit
     there either.
     """
-    numbers: dict[str, Any] = {"a": a, "D": d}
+    numbers: Named = {"a": a, "D": d}
     state = {"gamma": gamma, "p": p}
     if name in ("group", "poisson"):
         state = {"gamma": gamma, "k": spinning(gamma, p)}

@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 import geomint as gi
 
+from ..manifold import Named
+
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Numbers = list[Number]
 Matrix = list[Numbers]
@@ -20,7 +22,7 @@ class Strict(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    def given(self, *others: str) -> dict[str, Any]:
+    def given(self, *others: str) -> Named:
         """Return what was given, the others aside."""
         return {name: value for name, value in self if name not in others and value is not None}
 
@@ -57,7 +59,7 @@ class Direction(Strict):
     p_tilde: Numbers | None = None
     k: Numbers | Matrix | None = None
 
-    def components(self) -> dict[str, Any]:
+    def components(self) -> Named:
         """Return what was given, γ aside."""
         return self.given("gamma")
 

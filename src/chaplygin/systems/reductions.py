@@ -15,7 +15,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..manifold import Array, length, wedge
+from ..manifold import Array, Map, length, wedge
 
 SAME = ("energy", "K", "norm", "tangency")  # the others depend on n, or on the axes
 TANGENT = ("reduced", "hamiltonized")
@@ -41,7 +41,7 @@ def equal_axes(
     a: Array,
     states: Mapping[str, Array],
     smaller: Callable[[Array], Any],
-    more: Mapping[str, Callable[[Array], Array]] | None = None,
+    more: Mapping[str, Map] | None = None,
 ) -> Iterator[gi.Reduction]:
     """Yield those by equal a_i of a motion on T*S^(n−1).
 
@@ -107,7 +107,7 @@ def spanned(*vectors: Array) -> list[Array]:
     return basis
 
 
-def momentum_lift(n: int) -> Callable[[Array], Array]:
+def momentum_lift(n: int) -> Map:
     """Return (γ, p) ↦ (k, γ), k = γ∧p."""
 
     def lift(y: Array) -> Array:
@@ -122,7 +122,7 @@ def planar_lift(y: Array) -> Array:
     return np.stack([x, z, -k * z, k * x], axis=1)
 
 
-def basis_lift(basis: Array) -> Callable[[Array], Array]:
+def basis_lift(basis: Array) -> Map:
     """Return (γ′, p′) ↦ (Qγ′, Qp′)."""
 
     def lift(y: Array) -> Array:
@@ -131,7 +131,7 @@ def basis_lift(basis: Array) -> Callable[[Array], Array]:
     return lift
 
 
-def composed(outer: Callable[[Array], Array], inner: Callable[[Array], Array]) -> Any:
+def composed(outer: Map, inner: Map) -> Any:
     """Return y ↦ outer(inner(y))."""
 
     def lift(y: Array) -> Array:

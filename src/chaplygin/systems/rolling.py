@@ -1,11 +1,9 @@
 """The ball that rolls on a plane, with attitude, contact point and the reaction of the plane."""
 
-from typing import Any
-
 import geomint as gi
 
 from ..ball.rolling_states import initial_attitude, initial_rolling
-from ..manifold import skew_components, skew_matrix
+from ..manifold import Named, skew_components, skew_matrix
 from .ball import AnyBall
 from .models import ball_model, spatial_momentum
 from .parameters import Numbers, Placed
@@ -27,7 +25,7 @@ class RollingInitial(Placed):
     v: Numbers | None = None
     p_tilde: Numbers | None = None
 
-    def momentum(self, n: int, vector: bool) -> dict[str, Any]:
+    def momentum(self, n: int, vector: bool) -> Named:
         """Return the momentum that was given, k and omega as flat triangles."""
         found = self.given("gamma", "g", "r", "v")
         for name in found.keys() & {"k", "omega"}:

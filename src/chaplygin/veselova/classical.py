@@ -33,7 +33,7 @@ from ..ball.classical import VECTORS, classical_area, classical_k, turning_vecto
 from ..exact.motions import exact_body
 from ..initial_states import TANGENT, one_of
 from ..literature import VESELOVA
-from ..manifold import Array, skew_components, vector_of_triangle
+from ..manifold import Array, Named, skew_components, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
 __all__ = ["LEVEL", "veselova_classical_problem"]
@@ -132,7 +132,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
             v = momentum + (level - vertical @ momentum) * vertical
         return np.concatenate([v, vertical])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+    def make_random(rng: np.random.Generator) -> Named:
         gamma, p = gi.TangentSphere(3).random(rng).values()
         return {"gamma": gamma, "k": p + level * gamma}
 

@@ -25,7 +25,7 @@ from ..exact.motions import exact_veselova
 from ..initial_states import multiplier, tangent_arrays
 from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import VESELOVA
-from ..manifold import Array
+from ..manifold import Array, Arrays
 from .initial_states import veselova_tangent
 
 __all__ = ["veselova_hamiltonized_problem"]
@@ -106,7 +106,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         vertical, p = veselova_tangent(a, D, gamma, **components)
         return np.concatenate([vertical, p / multiplier(a, D, vertical)])
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         return tangent_arrays(y, multiplier(a, D, y[:n]))
 
     return gi.Problem(

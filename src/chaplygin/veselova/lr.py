@@ -32,7 +32,7 @@ from ..inertia import Inertia, operator_parameters
 from ..initial_states import one_of
 from ..integrable import inner
 from ..literature import VESELOVA
-from ..manifold import Array, skew_components, triangle_rows
+from ..manifold import Array, Arrays, Named, skew_components, triangle_rows
 from ..operators import after, in_two, operator_applied
 from .bound_velocity import BOUND, bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel import frame_count
@@ -44,7 +44,7 @@ SHOWN = 6  # multipliers up to which each is an observable of its own
 
 
 @functools.cache
-def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
+def lr_forms(full: bool, n: int, r: int) -> Named:
     """Return the functions of a body; y = (g, w)."""
     size, square, rows = triangle_rows(n), n * n, n * r
     solve = bound_velocity(full, n, r)
@@ -210,7 +210,7 @@ def lr_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
         w = inside if name == "w" else bound_solution(inertia, X, inside)
         return np.concatenate([attitude, w])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+    def make_random(rng: np.random.Generator) -> Named:
         parts = space.random(rng)
         return {**parts, "w": allowed_part(parts["g"].reshape(n, n)[:count], parts["w"])}
 
@@ -219,7 +219,7 @@ def lr_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
         inside = only_allowed(parts["g"].reshape(n, n)[:count], parts["w"], "w")
         return space.join({**parts, "w": inside})
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         X = y[: count * n].reshape(count, n)
         k = allowed_part(X, inertia.apply(y[square:]))
         return {"gamma" if count == 1 else "X": np.array(y[: count * n]), "k": k}

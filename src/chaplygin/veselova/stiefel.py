@@ -30,7 +30,7 @@ from ..ball.fields import BallForms, turn_vectors, turning_forms
 from ..inertia import Inertia, operator_parameters
 from ..integrable import inner
 from ..literature import VESELOVA
-from ..manifold import Array, triangle_rows, wedge
+from ..manifold import Array, Arrays, Named, triangle_rows, wedge
 from ..operators import in_two
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel_states import allowed_part, initial_stiefel
@@ -65,7 +65,7 @@ def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:
     return forms, gi.observable(stiefel_k)
 
 
-def integrals(n: int, r: int) -> dict[str, Any]:
+def integrals(n: int, r: int) -> Named:
     """Return (p_s, p_t), s ≤ t, and (e_s, p_t), s < t, by name."""
     rows = n * r
     found = {}
@@ -108,11 +108,11 @@ def stiefel_problem(inertia: Inertia, r: Any = 1) -> gi.Problem:
     def make_state(**components: Any) -> Array:
         return initial_stiefel(inertia, space, components)
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+    def make_random(rng: np.random.Generator) -> Named:
         X = gi.Rotations(n).random(rng)["g"][:rows].reshape(count, n)
         return {space.pieces[0][0]: X, "k": allowed_part(X, rng.normal(size=triangle_rows(n)))}
 
-    def physical(y: Array) -> dict[str, Array]:
+    def physical(y: Array) -> Arrays:
         X, P = y[:rows].reshape(count, n), y[rows:].reshape(count, n)
         k = np.sum([wedge(x, p) for x, p in zip(X, P, strict=True)], axis=0)
         return {space.pieces[0][0]: np.array(y[:rows]), "k": np.asarray(k)}

@@ -10,6 +10,7 @@ from ..inertia import Inertia
 from ..initial_states import one_of
 from ..manifold import (
     Array,
+    Named,
     flat_triangle,
     length,
     repaired,
@@ -20,7 +21,7 @@ from ..manifold import (
 )
 
 
-def initial_stiefel(inertia: Inertia, space: gi.TangentBundle, components: dict[str, Any]) -> Array:
+def initial_stiefel(inertia: Inertia, space: gi.TangentBundle, components: Named) -> Array:
     """Return the flat state (X, P) from X and one of P, k, w, by the names of the space.
 
     Raises
