@@ -21,6 +21,7 @@ from .choice import Asked, Choice, Route
 from .cost import Cost, cost_of
 from .fitting import obstacles, unfit
 
+Reasons = dict[str, str]  # why not, by representations
 _TIME = {"t": "physical time t", "tau": "its own time τ"}
 
 
@@ -66,9 +67,7 @@ def told_representation(route: Route, reason: str) -> Choice[Route]:
     return Choice("representation", route, value, reason)
 
 
-def _asked(
-    c: Asked, asked: str, unfitting: dict[str, str], against: dict[str, str]
-) -> Choice[Route]:
+def _asked(c: Asked, asked: str, unfitting: Reasons, against: Reasons) -> Choice[Route]:
     name = c.own if asked == "own" else asked
     if against[name] and (unfitting[name] or c.purpose != "drift"):
         problem = c.model.problems[name]
@@ -83,7 +82,7 @@ def _place(c: Asked) -> str:
     return c.scene.place("integrate", "representation")
 
 
-def _nothing_fits(c: Asked, against: dict[str, str]) -> FormError:
+def _nothing_fits(c: Asked, against: Reasons) -> FormError:
     words = "; ".join(
         f"{', '.join(name for name in against if against[name] == obstacle)}: {obstacle}"
         for obstacle in dict.fromkeys(against.values())
@@ -137,7 +136,7 @@ def has(problem: Problem, name: str) -> bool:
     return True
 
 
-def _cheaper(c: Asked, first: Route, unfitting: dict[str, str]) -> tuple[Route, str]:
+def _cheaper(c: Asked, first: Route, unfitting: Reasons) -> tuple[Route, str]:
     """Return the cheapest way to what `first` delivers, and why.
 
     It must be in the same time, be cheaper (`Cost.below`), and have every quantity that is observed
@@ -162,7 +161,7 @@ def _cheaper(c: Asked, first: Route, unfitting: dict[str, str]) -> tuple[Route, 
     return first, f"{names} {keep} it: else {name} would do, {compared}"
 
 
-def _others(c: Asked, first: Route, unfitting: dict[str, str]) -> dict[str, Route]:
+def _others(c: Asked, first: Route, unfitting: Reasons) -> dict[str, Route]:
     """Return what may be integrated in place of a representation, by name.
 
     Every representation in the same time, if no states are kept; reductions, if their states are
@@ -244,7 +243,7 @@ def route_with(
     """
     asked, own = c.content.integrate.representation, c.route(c.own)
     wanted = list(c.model.problems) if asked is None else [c.own if asked == "own" else asked]
-    obstacles: dict[str, str] = {}
+    obstacles: Reasons = {}
     for name in wanted:
         problem = c.model.problems[name]
         lacking = ", ".join(n for n in names if not has(problem, n))

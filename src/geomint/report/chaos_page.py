@@ -1,7 +1,6 @@
 """The report of Lyapunov exponents: page, picture, the exponents over time as CSV, and JSON."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from ..run.exponents import Lyapunov
 from ..run.provenance import finite_json, method_record
 from ..scene.provenance import scene_record
 from .pages import write_planned
-from .paper import Table
-from .text import number, symbol
+from .paper import Printed, Table
+from .text import Record, number, symbol
 
 __all__ = ["chaos_lines", "chaos_record", "write_chaos_report"]
 
@@ -23,7 +22,7 @@ SAID = {
 }
 
 
-def chaos_record(plan: ChaosPlan, found: Lyapunov, command: str | None) -> dict[str, Any]:
+def chaos_record(plan: ChaosPlan, found: Lyapunov, command: str | None) -> Record:
     """Return the content of ``chaos.json``; the exponents over time are in ``chaos.csv``.
 
     `reference` is ln(t/T)/t at the end, T the characteristic time `unit`: about what a regular motion
@@ -54,7 +53,7 @@ def chaos_record(plan: ChaosPlan, found: Lyapunov, command: str | None) -> dict[
     return finite_json(record)
 
 
-def chaos_lines(title: str, record: dict[str, Any]) -> list[str]:
+def chaos_lines(title: str, record: Record) -> list[str]:
     """Return what a terminal shows."""
     rows = [
         (f"λ{k + 1}", f"{number(value, 4):>11}", "" if error is None else f" ± {error:.1g}")
@@ -87,7 +86,7 @@ def write_chaos_report(
     return write_planned("chaos", plan, record, picture, found.save, folder, more, verdict=said)
 
 
-def _paper(title: str, record: dict[str, Any]) -> tuple[str, Table, str]:
+def _paper(title: str, record: Record) -> Printed:
     """Return caption, table and method; the data are in ``chaos.csv``."""
     time = symbol(record["time"])
     caption = (

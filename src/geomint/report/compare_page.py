@@ -18,7 +18,7 @@ from .compare_orders import FittedOrder, fitted_orders
 from .compare_plots import work_precision_figure
 from .pages import render, write_files
 from .paper import Paper, Table, scene_facts
-from .text import duration, number
+from .text import Record, duration, number
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -77,7 +77,7 @@ def write_compare_report(
     write_files(out, COMPARE_FILES, page, json_text(record), pictures, paper=more)
 
 
-def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
+def _verdict(points: list[Record], best: list[Record]) -> str:
     """Return the result in a sentence or two."""
     methods = list(dict.fromkeys(p["method"] for p in points))
     failed = sum(p["bound"] is None for p in points)
@@ -100,7 +100,7 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
     return words.rstrip()
 
 
-def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _best(points: list[Record]) -> list[Record]:
     """Return for each of some powers of ten the fastest point with at most that error."""
     rows = []
     for exponent in WANTED:
@@ -110,7 +110,7 @@ def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return rows
 
 
-def reference_text(reference: dict[str, Any]) -> list[str]:
+def reference_text(reference: Record) -> list[str]:
     """Return in sentences what the reference is, what confirms it, and what it can judge."""
     second, known = reference["confirmation"], reference["known"]
     own = f"{max(reference['error_estimate'], 1e-19):.2g}"
@@ -143,7 +143,7 @@ KEYS = ("method", "order", "representation", "step", "rtol", "error", "bound", "
 
 def compare_paper(
     scene: Scene,
-    record: Mapping[str, Any],
+    record: Record,
     orders: Mapping[str, FittedOrder],
     citation: Citation,
 ) -> Paper:
@@ -170,7 +170,7 @@ def compare_paper(
     )
 
 
-def _table(record: Mapping[str, Any], orders: Mapping[str, FittedOrder]) -> Table:
+def _table(record: Record, orders: Mapping[str, FittedOrder]) -> Table:
     """Return for each method its order, fitted, and the run time that each error takes."""
     wanted = [row["exponent"] for row in record["best"]]
     columns = ["method", "order", "fitted order", *(f"1e{k} (s)" for k in wanted)]
@@ -183,12 +183,12 @@ def _table(record: Mapping[str, Any], orders: Mapping[str, FittedOrder]) -> Tabl
     return Table(columns, rows)
 
 
-def _fastest(points: list[Mapping[str, Any]], error: float) -> str:
+def _fastest(points: list[Record], error: float) -> str:
     fit = [p["seconds"] for p in points if p["bound"] is not None and p["bound"] <= error]
     return number(min(fit), 2) if fit else "—"
 
 
-def _rows(record: Mapping[str, Any]) -> Iterator[tuple[Any, ...]]:
+def _rows(record: Record) -> Iterator[tuple[Any, ...]]:
     yield KEYS
     for point in record["points"]:
         yield tuple(point[key] for key in KEYS)

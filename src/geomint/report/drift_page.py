@@ -1,8 +1,6 @@
 """The drift report: ``report.html``, ``drift.json``, the picture, and what is for a paper."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ..plan import MethodRun, SeveralRuns
 from ..plots.style import Picture
@@ -14,11 +12,12 @@ from .drift_paper import citation_of, drift_paper
 from .drift_sections import SECTIONS
 from .kind_plots import report_figure
 from .pages import render, section, write_files
+from .text import Record
 
 __all__ = ["drift_record", "write_drift_report"]
 
 
-def drift_record(result: SeveralRuns, provenance: Mapping[str, Any]) -> dict[str, Any]:
+def drift_record(result: SeveralRuns, provenance: Record) -> Record:
     """Return the content of ``drift.json``.
 
     Under `methods`, every one has its `quantities`, `missing` (quantities that its representation
@@ -43,7 +42,7 @@ def drift_record(result: SeveralRuns, provenance: Mapping[str, Any]) -> dict[str
     }
 
 
-def _method_entry(run: MethodRun) -> dict[str, Any]:
+def _method_entry(run: MethodRun) -> Record:
     return {
         "status": run.status,
         "message": run.message,

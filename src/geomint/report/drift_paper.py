@@ -1,6 +1,6 @@
 """What of a drift report is for a paper."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from ..plan import MethodRun, SeveralRuns
@@ -8,12 +8,12 @@ from ..watch.quantities import KINDS
 from .cite import Citation, cite
 from .kinds import conserved_by_kind
 from .paper import Paper, Table, scene_facts
-from .text import number, short_slope, step_of, symbol
+from .text import Record, number, short_slope, step_of, symbol
 
 __all__ = ["drift_paper"]
 
 
-def drift_paper(result: SeveralRuns, provenance: Mapping[str, Any]) -> Paper:
+def drift_paper(result: SeveralRuns, provenance: Record) -> Paper:
     """Return table, caption, data and citations of a report on one or several methods."""
     title = f"{result.scene.title}, to {symbol(result.time)} = {_end(result)}"
     shown = _and(

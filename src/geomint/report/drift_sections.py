@@ -6,7 +6,6 @@ runs, one or several, and returns what the template shows; None leaves the secti
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from ..plan import MethodRun, SeveralRuns
 from ..plots.drift_plots import panel_figure
@@ -16,9 +15,10 @@ from ..watch.drift import ROUNDOFF
 from ..watch.growth import RULE
 from ..watch.quantities import KINDS
 from .kind_plots import draw_kind, draw_means_of, draw_own_kind, draw_quantity, swatch, worst
-from .kinds import by_roundoff, conserved_by_kind, kinds_in_words, names_by_kind, outcomes
+from .kinds import ByKind, by_roundoff, conserved_by_kind, kinds_in_words, names_by_kind, outcomes
 from .motion_panels import motion_draws, motion_words
 from .text import (
+    Record,
     duration,
     number,
     parameters_told,
@@ -33,7 +33,7 @@ from .text import (
 
 __all__ = ["SECTIONS"]
 
-Content = dict[str, Any] | None
+Content = Record | None
 ERRORS = ("local error", "error at the end", "warnings")
 COSTS = ("representation", "step", "steps", "time per step", "run time", "compile time", "status")
 
@@ -181,7 +181,7 @@ SECTIONS: tuple[Callable[[SeveralRuns], Content], ...] = (
 )
 
 
-def _panels(result: SeveralRuns, kinds: dict[str, list[str]], lost: bool) -> list[dict[str, str]]:
+def _panels(result: SeveralRuns, kinds: ByKind, lost: bool) -> list[dict[str, str]]:
     """Return pictures: of several methods one of each quantity, of one method one of each kind.
 
     Of one method those of kinds that are `lost` are followed by means, with their sign.
@@ -228,7 +228,7 @@ def _end(result: SeveralRuns) -> str:
     )
 
 
-def _lines(result: SeveralRuns) -> list[dict[str, Any]]:
+def _lines(result: SeveralRuns) -> list[Record]:
     """Return the runs with their lines in all pictures."""
     return [{"run": run, "swatch": data_uri(swatch(i))} for i, run in enumerate(result)]
 

@@ -4,27 +4,28 @@ from ..plan import MethodRun, SeveralRuns
 from ..watch.quantities import KINDS, kind_of
 from .text import OUTCOMES, what_happened
 
+ByKind = dict[str, list[str]]  # names of quantities
 SMALL = "32 ε × scale"  # whatever the class of what is so small
 
 __all__ = ["by_roundoff", "conserved_by_kind", "kinds_in_words", "names_by_kind", "outcomes"]
 
 
-def names_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
+def names_by_kind(result: SeveralRuns) -> ByKind:
     """Return the quantities that any method has watched, by kind, in the order of `KINDS`."""
     problems = [run.plan.problem for run in result if run.plan is not None]
-    found: dict[str, list[str]] = {kind: [] for kind in KINDS}
+    found: ByKind = {kind: [] for kind in KINDS}
     for name in dict.fromkeys(name for run in result for name in run.drift):
         found[kind_of(name, result.scene.problem, *problems)].append(name)
     return {kind: names for kind, names in found.items() if names}
 
 
-def conserved_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
+def conserved_by_kind(result: SeveralRuns) -> ByKind:
     """Return the same without what is not conserved, whose changes are no errors."""
     found = names_by_kind(result)
     return {kind: names for kind, names in found.items() if KINDS[kind].conserved}
 
 
-def by_roundoff(result: SeveralRuns) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+def by_roundoff(result: SeveralRuns) -> tuple[ByKind, ByKind]:
     """Return the quantities by kind: kinds that any method takes beyond round-off, and the others."""
     found = names_by_kind(result)
     kept = {
@@ -45,7 +46,7 @@ def outcomes(result: SeveralRuns) -> list[tuple[str, str]]:
 
 def verdict(run: MethodRun, time: str) -> str:
     """Return the outcome of a run in a sentence or two, the worst first."""
-    named: dict[str, list[str]] = {kind: [] for kind in OUTCOMES}
+    named: ByKind = {kind: [] for kind in OUTCOMES}
     for name, drift in run.drift.items():
         event = what_happened(drift, time)
         named[drift.drift_class].append(f"{name} ({event})" if event else name)
@@ -68,7 +69,7 @@ def kinds_in_words(result: SeveralRuns) -> list[tuple[str, str]]:
     """Return for each kind of quantity which methods keep it and which lose it, the best first."""
     words = []
     for kind, names in conserved_by_kind(result).items():
-        by_outcome: dict[str, list[str]] = {}
+        by_outcome: ByKind = {}
         for run in result:
             drifts = [run.drift[name] for name in names if name in run.drift]
             if drifts:

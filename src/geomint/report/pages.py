@@ -23,8 +23,8 @@ from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import paper_files, report_files
 from .cite import cite
-from .paper import Paper, Table, scene_facts
-from .text import number, with_error
+from .paper import Paper, Printed, scene_facts
+from .text import Record, number, with_error
 
 if TYPE_CHECKING:
     from ..plan import ChaosPlan, ScanPlan, SectionPlan
@@ -80,7 +80,7 @@ def render(template: str, package: str = OWN, **context: Any) -> str:
     return _environment(package).get_template(template).render(**context)
 
 
-def provenance_of(scene: Scene | None, command: str | None) -> dict[str, Any]:
+def provenance_of(scene: Scene | None, command: str | None) -> Record:
     """Return where a result comes from: versions, processor, date, and what was asked for."""
     return {**environment(), "command": command} if scene is None else scene_record(scene, command)
 
@@ -130,11 +130,11 @@ def write_files(
 def write_planned(
     stem: str,
     plan: ChaosPlan | ScanPlan | SectionPlan,
-    record: Mapping[str, Any],
+    record: Record,
     picture: Picture,
     save: Callable[[Path], None],
     folder: Path,
-    paper: tuple[str, Table, str] | None,
+    paper: Printed | None,
     **shown: Any,
 ) -> Path:
     """Write the report of a plan that was carried out, all files or none; return the path of the page.

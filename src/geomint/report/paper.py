@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from ..plots.style import figure_style
 from ..references.latex import latex_cell
 from .cite import Citation
-from .text import number
+from .text import Record, number
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -63,6 +63,9 @@ class Table:
         return "l" * self.words + "r" * (len(self.columns) - self.words)
 
 
+Printed = tuple[str, Table, str]  # caption, table, and the method in words
+
+
 @dataclass(frozen=True)
 class Paper:
     """What a report gives for a paper.
@@ -98,7 +101,7 @@ class Paper:
             name: save_for_print(figure, folder / f"{name}.pdf") for name, figure in figures.items()
         }
         keys = {what: self.citation.keys(what.lower()) for what in self.facts}
-        given: dict[str, Any] = {
+        given: Record = {
             "stem": self.stem,
             "caption": self.caption,
             "table": self.table,
@@ -190,7 +193,7 @@ def _environment() -> Environment:
     return environment
 
 
-def scene_facts(provenance: Mapping[str, Any], system: str, method: str) -> dict[str, str]:
+def scene_facts(provenance: Record, system: str, method: str) -> dict[str, str]:
     """Return what was computed and how: system, parameters, initial state, method, versions.
 
     Parameters

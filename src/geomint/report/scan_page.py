@@ -4,7 +4,6 @@ import csv
 from collections import Counter
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,8 +16,8 @@ from ..run.ensemble.result import Ensemble
 from ..run.provenance import finite_json, method_record
 from ..scene.provenance import scene_record
 from .pages import write_planned
-from .paper import Table
-from .text import number
+from .paper import Printed, Table
+from .text import Record, number
 
 __all__ = ["scan_lines", "scan_record", "scan_status", "write_scan_report"]
 
@@ -57,7 +56,7 @@ def _verdicts(many: Ensemble) -> dict[str, list[int]]:
     return {word: np.flatnonzero(found == number).tolist() for word, number in VERDICTS.items()}
 
 
-def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str, Any]:
+def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> Record:
     """Return the content of ``scan.json``; the members are in ``scan.csv``.
 
     `readings` has least, median and largest values over the members, and how many have one;
@@ -99,7 +98,7 @@ def _place(plan: ScanPlan, k: int) -> dict[str, float]:
     return {variation.key: float(value) for variation, value in pairs}
 
 
-def _summary(values: Array) -> dict[str, Any]:
+def _summary(values: Array) -> Record:
     known = values[np.isfinite(values)]
     if not len(known):
         return {"known": 0, "least": None, "median": None, "largest": None}
@@ -107,7 +106,7 @@ def _summary(values: Array) -> dict[str, Any]:
     return {"known": len(known), "least": least, "median": median, "largest": largest}
 
 
-def scan_lines(record: dict[str, Any]) -> list[str]:
+def scan_lines(record: Record) -> list[str]:
     """Return what a terminal shows."""
     varied = [f"{key}: {len(values)} values" for key, values in record["vary"].items()]
     drawn = [f"{record['draws']} draws"] if record["draws"] else []
@@ -127,7 +126,7 @@ def scan_lines(record: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _told_verdicts(record: dict[str, Any]) -> str:
+def _told_verdicts(record: Record) -> str:
     """Return what exponents say, with the members that are compatible with 0 where they are few."""
     verdicts = record["verdicts"]
     counts = {word: len(members) for word, members in verdicts.items()}
@@ -189,7 +188,7 @@ def write_scan_report(
     )
 
 
-def _paper(title: str, record: dict[str, Any]) -> tuple[str, Table, str]:
+def _paper(title: str, record: Record) -> Printed:
     """Return caption, table and method; the members are in ``scan.csv``."""
     varied = " and ".join(
         f"{len(values)} values of {key} from {number(values[0], 6)} to {number(values[-1], 6)}"

@@ -1,7 +1,6 @@
 """The report of a Poincaré section: page, picture, the points as CSV, and JSON."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,13 +11,13 @@ from ..run.provenance import finite_json, method_record
 from ..run.section import Section
 from ..scene.provenance import scene_record
 from .pages import write_planned
-from .paper import Table
-from .text import number, symbol
+from .paper import Printed, Table
+from .text import Record, number, symbol
 
 __all__ = ["section_record", "write_section_report"]
 
 
-def section_record(plan: SectionPlan, section: Section, command: str | None) -> dict[str, Any]:
+def section_record(plan: SectionPlan, section: Section, command: str | None) -> Record:
     """Return the content of ``section.json``; the points are in ``section.csv``.
 
     `kept` has, for every invariant and constraint of the problem, the largest deviation at the points
@@ -101,7 +100,7 @@ def write_section_report(
     )
 
 
-def _verdict(record: dict[str, Any]) -> str:
+def _verdict(record: Record) -> str:
     """Return what was found, in a sentence."""
     event, many = record["event"], len(record["motions"])
     way = {"up": "rises through", "down": "falls through", "both": "passes"}[event["direction"]]
@@ -113,7 +112,7 @@ def _verdict(record: dict[str, Any]) -> str:
     )
 
 
-def _paper(plan: SectionPlan, record: dict[str, Any]) -> tuple[str, Table, str]:
+def _paper(plan: SectionPlan, record: Record) -> Printed:
     """Return caption, table and method; the points are in ``section.csv``."""
     axes = " and ".join(record["axes"])
     caption = (

@@ -13,6 +13,7 @@ from ..run.solution import Solution
 from ..scene.scene import Scene
 from ..watch.drift import Drift
 
+Record = dict[str, Any]  # the content of a JSON file, or a part of it
 MOST_ENTRIES = 36  # of a matrix that is shown
 
 __all__ = [

@@ -7,7 +7,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ..errors import GeomintError, SceneError, closest, quoted
 from .explain import explained
-from .model import Content
+from .model import Content, Raw
 
 T = TypeVar("T")
 Section = TypeVar("Section", bound=BaseModel)
@@ -34,9 +34,7 @@ class Flaws(list[str]):
         self.places = places or {}
         self.cause: BaseException | None = None
 
-    def validated(
-        self, model: type[Section], given: Mapping[str, Any], *keys: str
-    ) -> Section | None:
+    def validated(self, model: type[Section], given: Raw, *keys: str) -> Section | None:
         """Return what was given under some keys as a model; None if it is none, which is a flaw."""
         try:
             return model.model_validate(given)
@@ -52,7 +50,7 @@ class Flaws(list[str]):
             self.append(f"{where}{error}")
             return None
 
-    def looked(self, raw: Mapping[str, Any]) -> Looked:
+    def looked(self, raw: Raw) -> Looked:
         """Return the sections, with defaults in place of what is wrong, which is told.
 
         The keys of systems and methods, and what sections say of one another, can be looked at then.

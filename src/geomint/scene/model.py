@@ -6,6 +6,7 @@ Unknown keys, numbers written as strings, and numbers that are not finite are er
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -26,6 +27,7 @@ __all__ = [
     "TimeSection",
 ]
 
+Raw = Mapping[str, Any]  # a scene, or a section of one, as it was given
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1, le=2**53)]

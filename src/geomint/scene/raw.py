@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from ..errors import SceneError, quoted
 from .explain import key_of, shown
-from .model import DriftSection, IntegrateSection, ObserveSection
+from .model import DriftSection, IntegrateSection, ObserveSection, Raw
 
 DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
 LARGEST_INTEGER = 10**300  # a float
@@ -19,7 +19,7 @@ CHANGED = {  # what `overridden` changes, by sections
 }
 
 
-def overridden(raw: Mapping[str, Any], **given: Any) -> dict[str, Any]:
+def overridden(raw: Raw, **given: Any) -> dict[str, Any]:
     """Return the content with some of the keys in `CHANGED` changed; None leaves one as it is.
 
     Options of the former method go with it, and so does its step, unless one is given. A step takes
@@ -51,7 +51,7 @@ def overridden(raw: Mapping[str, Any], **given: Any) -> dict[str, Any]:
     return merged(raw, plain({section: keys for section, keys in changes.items() if keys}))
 
 
-def drift_changes(raw: Mapping[str, Any]) -> dict[str, Any]:
+def drift_changes(raw: Raw) -> dict[str, Any]:
     """Return what ``geomint drift`` changes in a scene, as `overridden` takes it.
 
     Its section ``[drift]``; nothing if that makes no sense: the check of the whole reports it.
@@ -67,7 +67,7 @@ def in_drift(key: str) -> str:
     return f"[drift] {key}"
 
 
-def places_of(changes: Mapping[str, Any], written: Callable[[str], str]) -> dict[str, str]:
+def places_of(changes: Raw, written: Callable[[str], str]) -> dict[str, str]:
     """Return where what `overridden` changes was written, by the keys that scenes have it under.
 
     ``"[observe] every"`` ↦ ``"[drift] every"``, with what `written` makes of ``"every"``.
@@ -80,7 +80,7 @@ def places_of(changes: Mapping[str, Any], written: Callable[[str], str]) -> dict
     }
 
 
-def merged(raw: Mapping[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:
+def merged(raw: Raw, sections: Raw) -> dict[str, Any]:
     """Return the content with some keys of some sections changed; None removes a key.
 
     An end takes the place of the other one: there is only one.

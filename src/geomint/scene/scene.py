@@ -15,7 +15,7 @@ from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.events import Event
-from .model import Content
+from .model import Content, Raw
 from .raw import drift_changes, in_drift, merged, overridden, places_of, plain
 from .validate import Checked, check_content
 
@@ -73,7 +73,7 @@ class Scene(Compared):
     def from_content(
         cls,
         name: str,
-        content: Mapping[str, Any],
+        content: Raw,
         text: str | None = None,
         former: Checked | None = None,
         places: Mapping[str, str] | None = None,

@@ -17,7 +17,7 @@ from ..run.accuracy.auto import AUTO
 from .entries import check_once, method_and_step
 from .explain import key_of, shown
 from .flaws import Flaws, mended
-from .model import Content, IntegrateSection, ObserveSection
+from .model import Content, IntegrateSection, ObserveSection, Raw
 from .raw import plain
 from .with_model import checked_with
 
@@ -49,7 +49,7 @@ class Checked(NamedTuple):
 
 
 def check_content(
-    given: Mapping[str, Any],
+    given: Raw,
     name: str,
     former: Checked | None = None,
     places: Mapping[str, str] | None = None,
@@ -90,7 +90,7 @@ def check_content(
     return Checked(raw, looked.content, *given_of, built[0], model, method, built[1], flaws.places)
 
 
-def _system(given: Mapping[str, Any], initial: Mapping[str, Any], flaws: Flaws) -> _BuiltOf | None:
+def _system(given: Raw, initial: Raw, flaws: Flaws) -> _BuiltOf | None:
     """Return the system, its parameters and its initial state, as far as they are right."""
     name = given.get("name")
     if not isinstance(name, str) or not name:
@@ -108,7 +108,7 @@ def _system(given: Mapping[str, Any], initial: Mapping[str, Any], flaws: Flaws) 
     return _BuiltOf(system, *left, False)
 
 
-def _method(given: Mapping[str, Any], content: Content, flaws: Flaws) -> Method | None:
+def _method(given: Raw, content: Content, flaws: Flaws) -> Method | None:
     """Return the method with its options, and check those that other sections name."""
     known = IntegrateSection.model_fields
     name = given.get("method", known["method"].default)
@@ -148,7 +148,7 @@ def _other_methods(content: Content, flaws: Flaws) -> None:
 
 
 def _built(
-    of: _BuiltOf | None, tables: Mapping[str, Any], former: Checked | None, flaws: Flaws
+    of: _BuiltOf | None, tables: Raw, former: Checked | None, flaws: Flaws
 ) -> tuple[Model, tuple[GeomintWarning, ...]] | None:
     """Return the model, and what had to be changed to make the initial state admissible.
 
@@ -185,7 +185,7 @@ def _build(
     return model, tuple(dict.fromkeys(told))
 
 
-def _place_of(error: BaseException, tables: Mapping[str, Any]) -> str | None:
+def _place_of(error: BaseException, tables: Raw) -> str | None:
     """Return the section of the key that an error names; None if it names none that is given."""
     key = str(getattr(error, "name", "")).partition("[")[0]
     sections = ("system", "initial") if isinstance(error, DomainError) else ()
@@ -209,7 +209,7 @@ def _in_time(built: Model, content: Content, former: Checked | None, flaws: Flaw
     return built if clock is None else flaws.asked("[time] ", in_time, built, clock)
 
 
-def _observe_keys(given: Mapping[str, Any]) -> Iterator[str]:
+def _observe_keys(given: Raw) -> Iterator[str]:
     """Yield the keys of ``[observe]`` that are none, and no tables of options."""
     known = list(ObserveSection.model_fields)
     for key, value in given.items():

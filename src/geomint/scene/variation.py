@@ -13,6 +13,7 @@ from ..arguments import Array
 from ..errors import Gathered, GeomintError, SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
 from ..problems.systems import Model, find_system
+from .model import Raw
 from .scene import Scene
 
 SECTIONS = ("system", "initial")
@@ -60,7 +61,7 @@ def _with(numbers: Any, at: tuple[int, ...], value: float) -> Any:
     return [_with(x, at[1:], value) if i == at[0] else x for i, x in enumerate(numbers)]
 
 
-def chosen_variations(scene: Scene, vary: Mapping[str, Any]) -> list[Variation]:
+def chosen_variations(scene: Scene, vary: Raw) -> list[Variation]:
     """Return the variations that are asked for, or raise `SceneError`.
 
     Parameters
@@ -175,7 +176,7 @@ def varied_models(
 
 def _refused(
     scene: Scene,
-    tables: Mapping[str, Any],
+    tables: Raw,
     variations: Sequence[Variation],
     values: tuple[float, ...],
 ) -> SceneError:

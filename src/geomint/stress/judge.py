@@ -46,6 +46,9 @@ MOST_STEPS = 200_000  # of an adaptive method in a run
 LONGEST = 10.0  # characteristic times: no reference is computed for longer steps
 
 
+Found = dict[str, Any]  # what a `Cell` says, from its verdict on
+
+
 @dataclasses.dataclass(frozen=True)
 class Cell:
     """A verdict, and the numbers that it rests on.
@@ -218,14 +221,14 @@ class Trial:
         return max(self.scale(name, pieces), last)
 
 
-def judge(trial: Trial, method: Method) -> dict[str, Any]:
+def judge(trial: Trial, method: Method) -> Found:
     """Return what `Cell` says of a method on a trial, from `verdict` on."""
     begun = time.perf_counter()
     found = _judged(trial, method)
     return {**found, "seconds": time.perf_counter() - begun}
 
 
-def _judged(trial: Trial, method: Method) -> dict[str, Any]:
+def _judged(trial: Trial, method: Method) -> Found:
     try:
         end, steps = trial.plan(method)
         common = {"h": abs(end) / steps / trial.time, "steps": steps}
@@ -251,11 +254,11 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
     return {**common, **_accuracy(trial, method, solution, end, steps)}
 
 
-def _verdict(verdict: str, error: Exception) -> dict[str, Any]:
+def _verdict(verdict: str, error: Exception) -> Found:
     return {"verdict": verdict, "message": f"{type(error).__name__}: {error}"[:500]}
 
 
-def _failed(error: StepError) -> dict[str, Any]:
+def _failed(error: StepError) -> Found:
     """Hold a typed error of a step to what it is to carry: where, what is left, a finite partial."""
     found = {**_verdict("failed", error), "quantity": "residual", "error": error.residual}
     partial = error.partial
@@ -266,7 +269,7 @@ def _failed(error: StepError) -> dict[str, Any]:
     return found
 
 
-def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[str, Any] | None:
+def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> Found | None:
     """Return the verdict on the worst preserved quantity if it is lost, else None."""
     found: list[tuple[float, float, str]] = []
     turns = max(1.0, abs(end) / trial.time)
@@ -312,9 +315,7 @@ def _rounded(trial: Trial, solution: Solution, end: float) -> float:
     return min(fast, float(solution.steps))
 
 
-def _accuracy(
-    trial: Trial, method: Method, solution: Solution, end: float, steps: int
-) -> dict[str, Any]:
+def _accuracy(trial: Trial, method: Method, solution: Solution, end: float, steps: int) -> Found:
     """Return the verdict on the state at the end."""
     known, why_not = trial.known_end(end, steps)
     notes = [] if known else [f"{why_not}: compared with a finer run"]
@@ -324,7 +325,7 @@ def _accuracy(
         return relative_error(trial.named(y), right)
 
     sure = {"known": known.known, "confirmed": known.confirmed} if known else {}
-    found: dict[str, Any] = {**sure}
+    found: Found = {**sure}
     exact = trial.steady and "steady motions" in method.keeps
     hopeless = False
     try:

@@ -6,7 +6,7 @@ Its `RULES` say in words how cells are judged: what `geomint.stress.judge` does.
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,11 @@ from ..methods import find_method
 from ..plots.style import Picture
 from ..report import STRESS_FILES
 from ..report.pages import render, write_files
+from ..report.text import Record
 from ..run.provenance import environment, finite_json
 from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell
-from .picture import SYMBOLS, stress_figure
+from .picture import SYMBOLS, Cells, stress_figure
 from .references import references_in_words, references_of
 from .sweep import family_of
 
@@ -31,13 +32,13 @@ def stress_record(
     seconds: float,
     command: str | None = None,
     interrupted: bool = False,
-) -> dict[str, Any]:
+) -> Record:
     """Return the content of ``stress.json``: its cells, axes, counts, references, provenance.
 
     Its `processor_seconds` are those of this process and of all that it has ended.
     """
     counts = Counter(cell.verdict for cell in cells)
-    record: dict[str, Any] = finite_json(
+    record: Record = finite_json(
         {
             "cells": [asdict(cell) for cell in cells],
             "axes": [asdict(axis) for axis in axes],
@@ -55,7 +56,7 @@ def stress_record(
     return record
 
 
-def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: Path) -> Path:
+def write_stress_report(record: Record, methods: Sequence[str], out: Path) -> Path:
     """Write ``stress.html``, ``stress.json``, ``stress.png`` and ``stress.svg``; return the page.
 
     All of them, or none with an OutputError.
@@ -93,7 +94,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     return write_files(out, STRESS_FILES, page, _text(record), {"stress": picture})
 
 
-def _text(record: Mapping[str, Any]) -> str:
+def _text(record: Record) -> str:
     """Return strict JSON with a cell a line."""
 
     def plain(value: Any) -> str:
@@ -109,7 +110,7 @@ def _family(name: str) -> str:
     return f"{family_of(method)} {'adaptive' if method.adaptive else ''}"
 
 
-def _sentence(record: Mapping[str, Any]) -> str:
+def _sentence(record: Record) -> str:
     counts, total = record["counts"], len(record["cells"])
     bad = sum(counts[verdict] for verdict in FORBIDDEN)
     words = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
@@ -117,9 +118,9 @@ def _sentence(record: Mapping[str, Any]) -> str:
     return f"{start} in {total} cells: {words}." if total else "No cells."
 
 
-def _table(cells: Iterable[Mapping[str, Any]], axis: str) -> list[dict[str, Any]]:
+def _table(cells: Cells, axis: str) -> list[Record]:
     """Return for each system the number of each verdict, and the largest error that is ok."""
-    rows: dict[str, dict[str, Any]] = {}
+    rows: dict[str, Record] = {}
     for cell in cells:
         if cell["axis"] != axis:
             continue

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-Cells = Sequence[Mapping[str, Any]]
+CellRecord = Mapping[str, Any]  # as in ``stress.json``
+Cells = Sequence[CellRecord]
 Place = tuple[str, str]  # a method, the label of a value
 
 # Okabe and Ito's orange and black; blues for what works, as dark as the error is large.
@@ -165,7 +166,7 @@ def _draw_panel(
 ) -> None:
     from matplotlib.collections import PolyCollection
 
-    places: dict[Place, list[Mapping[str, Any]]] = defaultdict(list)
+    places: dict[Place, list[CellRecord]] = defaultdict(list)
     for cell in panel.cells:
         places[cell["method"], cell["label"]].append(cell)
     squares, colours = [], []
@@ -211,12 +212,12 @@ def _draw_panel(
         spine.set_linewidth(0.5)
 
 
-def _rank(cell: Mapping[str, Any]) -> tuple[int, float]:
+def _rank(cell: CellRecord) -> tuple[int, float]:
     """Order cells from best to worst; among the same verdicts, by the error."""
     return VERDICTS.index(cell["verdict"]), cell["error"] or 0.0
 
 
-def colour_of(cell: Mapping[str, Any]) -> Any:
+def colour_of(cell: CellRecord) -> Any:
     """Return the colour of a cell."""
     if cell["verdict"] != "ok":
         return COLOURS[cell["verdict"]]

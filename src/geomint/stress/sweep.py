@@ -15,7 +15,7 @@ from ..problems.systems import Model
 from ..run.many import run_many
 from .case import StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
-from .judge import Cell, Trial, judge
+from .judge import Cell, Found, Trial, judge
 from .known_end import KnownEnd, known_end
 
 __all__ = [
@@ -149,7 +149,7 @@ def items_of(
     return [group for group in groups.values() if group], judged
 
 
-def _cell(case: StressCase, representation: str, method: str, found: dict[str, Any]) -> Cell:
+def _cell(case: StressCase, representation: str, method: str, found: Found) -> Cell:
     system = f"{case.system}/{representation}" if representation else case.system
     return Cell(system, case.axis.name, case.value, case.text, case.n, method, **found)
 
