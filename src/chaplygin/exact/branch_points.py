@@ -27,7 +27,7 @@ import geomint as gi
 from ..manifold import Array
 from .real_roots import real_roots
 from .symmetry import ReducedAxes
-from .whole_numbers import BITS, double_double, root_of_quotient, whole_over
+from .whole_numbers import BITS, DoubleDouble, double_double, root_of_quotient, whole_over
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,7 @@ NEAREST = 1e-64  # points, over their size: nearer ones count as one
 SEEN = 340  # bits with which such distances are seen
 
 Point = tuple[int, int | None]  # over 2^bits, and the g if it is α_g
+Ends = tuple[Point, Point]  # of an oval
 
 
 @dataclass(frozen=True)
@@ -240,18 +241,18 @@ def _separation(
     ends = list(zip(points[::2], points[1::2], strict=True))
     one = 1 << bits
 
-    def gap(oval: tuple[Point, Point], b: int) -> tuple[float, float]:
+    def gap(oval: Ends, b: int) -> DoubleDouble:
         (lower, _), (upper, _) = oval
         if b == upper:
             return -0.0, 0.0
         return double_double(lower - b if b <= lower else upper - b, one)
 
-    def between(oval: tuple[Point, Point], other: tuple[Point, Point]) -> tuple[float, float]:
+    def between(oval: Ends, other: Ends) -> DoubleDouble:
         if other is oval:
             return 0.0, 0.0
         return gap(oval, other[1][0] if other[1][0] <= oval[0][0] else other[0][0])
 
-    def others(oval: tuple[Point, Point]) -> list[int]:
+    def others(oval: Ends) -> list[int]:
         return [0, *(b for b, _ in points if b not in (oval[0][0], oval[1][0]))]
 
     size, count = len(constants.polynomial) - 1, len(ends)
@@ -271,7 +272,7 @@ def _separation(
     )
 
 
-def _array(values: list[tuple[float, float]], *shape: int) -> Array:
+def _array(values: list[DoubleDouble], *shape: int) -> Array:
     return np.array(values).reshape(*(max(size, 0) for size in shape), 2)
 
 

@@ -23,6 +23,7 @@ from .clock_functions import product_integral, product_rows
 from .packing import evaluated
 from .torus import Torus
 
+Wave = tuple[int, ...]  # m, a number for each angle
 COMPLETE = 2e-15  # of the mean, times the root of their number: nothing is missing from a series
 MOST_PATIENCE = 3
 MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|
@@ -102,14 +103,12 @@ def _too_many(torus: Torus, found: str) -> gi.DomainError:
     return gi.DomainError("state", torus.middle, expected)
 
 
-def _neighbours(
-    waves: list[tuple[int, ...]], quiet: dict[tuple[int, ...], int]
-) -> list[tuple[int, ...]]:
+def _neighbours(waves: list[Wave], quiet: dict[Wave, int]) -> list[Wave]:
     """Return the m next to given ones and farther out that are new, one of each pair ±m.
 
     They are noted with the fewest quiet steps of those next to which they are.
     """
-    found: dict[tuple[int, ...], int] = {}
+    found: dict[Wave, int] = {}
     for m in waves:
         for k, value in enumerate(m):
             for step in (1, -1):

@@ -17,7 +17,7 @@ from geomint import section
 from ..manifold import Array
 from .branch_points import Separation
 from .double_double import added, inverse_root, load, negative, times
-from .whole_numbers import double_double, whole_over
+from .whole_numbers import DoubleDouble, double_double, whole_over
 
 FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
 DECAY = 79.0  # e^−DECAY: to what the periods are computed
@@ -86,7 +86,7 @@ def periods_of(separation: Separation) -> Periods:
     return Periods(strips, means, [part[..., 0].T for part in along])
 
 
-def _means(values: Array) -> list[tuple[float, float]]:
+def _means(values: Array) -> list[DoubleDouble]:
     """Return the means over θ from values over half a turn, from one end to the other."""
     found, turn = [], len(values) - 1
     for row in np.moveaxis(values, 1, 0):

@@ -48,7 +48,7 @@ from ..manifold import Array
 from .branch_points import Separation
 from .periods import Periods, periods_of
 from .separated_energy import SeparatedEnergy
-from .whole_numbers import double_double, eliminated, whole_of, whole_over
+from .whole_numbers import DoubleDouble, double_double, eliminated, whole_of, whole_over
 
 INVERSE_4PI = 0x145F306DC9C882A53F84EAFA3EA69BB81B6C52B327887208, 192  # 1/4π over 2^192
 
@@ -118,7 +118,7 @@ def _right(
     return right, product << bits + 1
 
 
-def _turns(above: int, below: int) -> tuple[float, float]:
+def _turns(above: int, below: int) -> DoubleDouble:
     """Return a frequency over 4π."""
     inverse, bits = INVERSE_4PI
     return double_double(above * inverse, below << bits)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..manifold import Array
 
+DoubleDouble = tuple[float, float]
 BITS = 160  # of what is rounded: a double-double has 106, and a few are lost
 
 
@@ -25,14 +26,14 @@ def whole_over(values: Iterable[float]) -> tuple[list[int], int]:
     return [above << (bits - below.bit_length() + 1) for above, below in ratios], bits
 
 
-def double_double(above: int, below: int) -> tuple[float, float]:
+def double_double(above: int, below: int) -> DoubleDouble:
     """Return above/below, rounded: a quotient of whole numbers is rounded once, whatever their size."""
     high = above / below
     over, under = high.as_integer_ratio()
     return high, (above * under - over * below) / (below * under)
 
 
-def root_of_quotient(above: int, below: int) -> tuple[float, float]:
+def root_of_quotient(above: int, below: int) -> DoubleDouble:
     """Return √(above/below) of numbers that are not negative, rounded."""
     shift = max(0, 2 * BITS + below.bit_length() - above.bit_length()) // 2
     return double_double(math.isqrt((above << 2 * shift) // below), 1 << shift)

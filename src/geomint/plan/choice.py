@@ -15,6 +15,7 @@ from ..scene.model import Content
 from ..scene.scene import Scene
 
 Purpose = Literal["run", "drift"]
+Names = tuple[str, ...]
 T = TypeVar("T")
 
 
@@ -66,7 +67,7 @@ class Route(Sendable):
     state: Array
     asked: str
     lift: Lift | None = None
-    same: tuple[str, ...] | None = None
+    same: Names | None = None
     condition: str = ""
 
     @classmethod

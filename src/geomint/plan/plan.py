@@ -17,7 +17,7 @@ from ..scene.load import load_scene
 from ..scene.scene import Scene
 from ..watch.watcher import Watcher
 from . import rules
-from .choice import Asked, Choice, Purpose, Route, Saving
+from .choice import Asked, Choice, Names, Purpose, Route, Saving
 from .exact import choose_exact, exact_timeline, follow_exactly
 from .representation import choose_representation, told_representation
 from .tolerance import chosen_for
@@ -59,9 +59,9 @@ class Plan(Shown, Compared):
     clock: Choice[bool]
     save: Choice[Saving]
     observed: Mapping[str, Watcher]
-    watched: Choice[tuple[str, ...]]
-    missing: Choice[tuple[str, ...]] | None
-    events: Choice[tuple[str, ...]] | None
+    watched: Choice[Names]
+    missing: Choice[Names] | None
+    events: Choice[Names] | None
     timeline: Timeline
     step: Choice[float]
     steps: Choice[int | None]

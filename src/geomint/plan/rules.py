@@ -14,7 +14,7 @@ from ..run.timeline import Timeline, evaluation_times, plan_timeline
 from ..watch.functions import Function, grouped
 from ..watch.quantities import find_watcher, quantities_of
 from ..watch.watcher import Watcher
-from .choice import Asked, Choice, Route, Saving
+from .choice import Asked, Choice, Names, Route, Saving
 from .representation import missing_quantities, wanted_watchers
 from .tolerance import told_accuracy
 
@@ -95,7 +95,7 @@ def watchers_of(c: Asked, route: Route) -> dict[str, Watcher]:
 
 def choose_quantities(
     c: Asked, route: Route, timeline: Timeline, watchers: Mapping[str, Watcher]
-) -> Choice[tuple[str, ...]]:
+) -> Choice[Names]:
     """Evaluate the watched quantities and no others; by one function where they are many.
 
     The group of constraints means those of the representation that is integrated.
@@ -119,7 +119,7 @@ def choose_quantities(
     return Choice("watched", names, ", ".join(names), reason)
 
 
-def choose_missing(c: Asked, route: Route) -> Choice[tuple[str, ...]] | None:
+def choose_missing(c: Asked, route: Route) -> Choice[Names] | None:
     """Say what is asked for and cannot be watched in the representation that is integrated."""
     missing = missing_quantities(c, route.problem)
     if not missing:
@@ -134,7 +134,7 @@ def choose_missing(c: Asked, route: Route) -> Choice[tuple[str, ...]] | None:
     return Choice("not watched", tuple(missing), ", ".join(missing), reason)
 
 
-def choose_events(c: Asked) -> Choice[tuple[str, ...]] | None:
+def choose_events(c: Asked) -> Choice[Names] | None:
     """Look for events where states are asked for."""
     events = c.content.events
     if not events or c.purpose == "drift":

@@ -27,6 +27,7 @@ from .problem import Problem
 from .two_form import SymplecticForm
 from .watched_call import watched_call
 
+Fingerprints = tuple[str, ...]  # of functions, after the form that they are of
 T = TypeVar("T")
 MOST = 64  # things that a problem keeps
 FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds
@@ -43,7 +44,7 @@ def check_problem(
     form: str,
     clock: bool = False,
     watched: Mapping[str, Recorded | Measure | SymplecticForm] | None = None,
-) -> tuple[str, ...]:
+) -> Fingerprints:
     """Raise `DeclarationError` unless the functions of a problem fit what it declares.
 
     Parameters
@@ -77,7 +78,7 @@ def check_problem(
     return key
 
 
-def check_form(problem: Problem, form: str, y: Array) -> tuple[str, ...]:
+def check_form(problem: Problem, form: str, y: Array) -> Fingerprints:
     """Raise `DeclarationError` unless the functions of one form fit the problem.
 
     Returns

@@ -13,7 +13,7 @@ from ..arguments import Array
 from ..errors import DeclarationError, DeclarationWarning, Gathered, GeomintError, tell
 from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded
-from .declaration import FEW, kept_with
+from .declaration import FEW, Fingerprints, kept_with
 from .derivatives import gradient, jacobian
 from .deviation import sizes_of
 from .evaluate import TINY, derivative, value
@@ -37,7 +37,7 @@ def claims_kept(
     problem: Problem,
     y: Array,
     t: float = 0.0,
-    functions: tuple[str, ...] = (),
+    functions: Fingerprints = (),
     moved: bool = False,
 ) -> tuple[Claim, ...]:
     """Return `false_claims`, looked for once for parameters and functions, where the first run starts.
@@ -66,7 +66,7 @@ def claims_kept(
 
 
 def tell_false_claims(
-    problem: Problem, y: Array, t: float, functions: tuple[str, ...], moved: bool = False
+    problem: Problem, y: Array, t: float, functions: Fingerprints, moved: bool = False
 ) -> None:
     """Warn of them; where the first run has `moved` to too: at rest nothing is seen."""
     for name, size, text in claims_kept(problem, y, t, functions, moved):

@@ -11,6 +11,8 @@ from importlib.metadata import entry_points
 from ..errors import DomainError
 from ..problems.systems import Model
 
+Names = tuple[str, ...]
+
 
 @dataclass(frozen=True)
 class StressAxis:
@@ -94,7 +96,7 @@ class StressCase:
     n: int
     build: Callable[[], Model] = field(repr=False, compare=False)
     label: str = ""
-    representations: tuple[str, ...] | None = None
+    representations: Names | None = None
     span: float = 2.0
     fraction: float | None = None
     step: float | None = None
@@ -102,7 +104,7 @@ class StressCase:
     steady: bool = False
     rescaled: Rescaled | None = field(default=None, repr=False, compare=False)
     reference: str | None = None
-    quick: tuple[str, ...] = ()
+    quick: Names = ()
 
     @property
     def text(self) -> str:

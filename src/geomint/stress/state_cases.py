@@ -19,7 +19,7 @@ from ..problems.evaluate import derivative, value, vector
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..problems.time_scale import characteristic_time
-from .case import StressAxis, StressCase
+from .case import Names, StressAxis, StressCase
 from .step_cases import QUICK, Build, Source
 
 Make = Callable[[Problem, Array, np.random.Generator], Array]
@@ -70,7 +70,7 @@ def resting(problem: Problem, y0: Array, names: Sequence[str]) -> Array:
     return y
 
 
-def resting_pieces(problem: Problem, y0: Array) -> list[tuple[str, ...]]:
+def resting_pieces(problem: Problem, y0: Array) -> list[Names]:
     """Return the single pieces that may be zero in a state, and all that may be so together."""
 
     def may(names: Sequence[str]) -> bool:
@@ -79,7 +79,7 @@ def resting_pieces(problem: Problem, y0: Array) -> list[tuple[str, ...]]:
 
     names = list(problem.slices)
     single = [(name,) for name in names if may((name,))]
-    most: tuple[str, ...] = ()
+    most: Names = ()
     for name in names:
         if may((*most, name)):
             most = (*most, name)
@@ -182,7 +182,7 @@ _TRIES = 40  # random choices until one is admitted
 
 def cases(sources: Iterable[Source]) -> list[StressCase]:
     """Return the cases of the three axes, each problem in its smallest size."""
-    smallest: dict[tuple[str, tuple[str, ...]], tuple[str, Build, str, Problem, Array]] = {}
+    smallest: dict[tuple[str, Names], tuple[str, Build, str, Problem, Array]] = {}
     for source, build in sources:
         model = build()
         for name, problem in model.problems.items():

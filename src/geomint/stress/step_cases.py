@@ -9,7 +9,7 @@ from ..errors import Gathered
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..scene.load import load_scene, scene_names
-from .case import StressAxis, StressCase
+from .case import Names, StressAxis, StressCase
 
 Build = Callable[[], Model]
 Source = tuple[str, Build]
@@ -46,7 +46,7 @@ def steps(sources: Iterable[Source]) -> list[StressCase]:
     return found
 
 
-def _at_all_steps(name: str, build: Build, representations: tuple[str, ...]) -> list[StressCase]:
+def _at_all_steps(name: str, build: Build, representations: Names) -> list[StressCase]:
     quick = tuple(name for name in representations if name == QUICK)
     return [
         StressCase(

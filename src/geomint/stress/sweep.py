@@ -13,7 +13,7 @@ from ..methods import Adaptive, Compose, Method, find_method, method_names
 from ..plan.fitting import unfit
 from ..problems.systems import Model
 from ..run.many import run_many
-from .case import StressAxis, StressCase, stress_cases
+from .case import Names, StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
 from .judge import Cell, Found, Trial, judge
 from .known_end import KnownEnd, known_end
@@ -48,9 +48,9 @@ class Item:
 class Selection:
     """What to run; empty means all."""
 
-    methods: tuple[str, ...] = ()
-    systems: tuple[str, ...] = ()
-    axes: tuple[str, ...] = ()
+    methods: Names = ()
+    systems: Names = ()
+    axes: Names = ()
     quick: bool = False
 
 
