@@ -32,6 +32,8 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1, le=2**53)]
 Name = Annotated[str, Field(min_length=1)]
+Names = Annotated[list[Name], Field(min_length=1)]
+Seed = Annotated[int, Field(ge=0)]
 
 
 class Section(BaseModel):
@@ -151,7 +153,7 @@ class DriftSection(OtherEnd):
     """
 
     method: Name | None = None
-    methods: Annotated[list[Name], Field(min_length=1)] | None = None
+    methods: Names | None = None
     step: Positive | None = None
     quantities: list[Name] | None = None
     every: Count | None = None
@@ -168,7 +170,7 @@ class DriftSection(OtherEnd):
 class CompareSection(OtherEnd):
     """``[compare]``: what ``geomint compare`` does if its command line says nothing else."""
 
-    methods: Annotated[list[Name], Field(min_length=1)] | None = None
+    methods: Names | None = None
     steps: Annotated[list[Positive], Field(min_length=1)] | None = None
     repeats: Count | None = None
     reference: Literal["auto", "extended", "exact"] | None = None
@@ -201,7 +203,7 @@ class SectionSection(Section):
     points: Count = 1000
     motions: Count = 1
     keep: list[Name] = ["energy"]
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
     axes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
 
 
@@ -218,8 +220,8 @@ class EnsembleSection(Section):
     draws: Count | None = None
     keep: list[Name] | None = None
     temperature: Positive | None = None
-    seed: Annotated[int, Field(ge=0)] = 0
-    show: Annotated[list[Name], Field(min_length=1)] | None = None
+    seed: Seed = 0
+    show: Names | None = None
 
 
 class Content(Section):
