@@ -45,7 +45,6 @@ from .kernels.groups.great_circle import (
 )
 from .kernels.numbers.arithmetic import (
     fma as fma,
-    log as log,
     maximum as maximum,
     select as select,
     sqrt as sqrt,
@@ -57,7 +56,8 @@ from .kernels.numbers.blocks import (
     part as part,
     section as section,
 )
-from .kernels.numbers.circular import cos as cos, sin as sin
+from .kernels.numbers.circular import atan2 as atan2, cos as cos, sin as sin, tan as tan
+from .kernels.numbers.exponential import exp as exp, log as log, pow as pow, tanh as tanh
 from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
 from .methods.composition import Compose as Compose

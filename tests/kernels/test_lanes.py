@@ -14,9 +14,10 @@ import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded, helper
-from geomint.kernels.numbers.arithmetic import epsilon, lane, like, top, total
+from geomint.kernels.numbers.arithmetic import epsilon, lane, like, name_of, top, total
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES, Lanes
+from geomint.kernels.numbers.tangent import PARTIALS
 
 pytestmark = pytest.mark.nojit
 
@@ -141,7 +142,13 @@ OPERATIONS = {
     "np.sqrt": lambda x, y, z: np.sqrt(x),
     "sin": lambda x, y, z: gi.sin(x),
     "cos": lambda x, y, z: gi.cos(x),
+    "tan": lambda x, y, z: gi.tan(x),
+    "atan2": lambda x, y, z: gi.atan2(x, y),
+    "exp": lambda x, y, z: gi.exp(x),
     "log": lambda x, y, z: gi.log(x),
+    "pow": lambda x, y, z: gi.pow(x, y),
+    "tanh": lambda x, y, z: gi.tanh(x),
+    "integer arguments": lambda x, y, z: gi.pow(x, 3) * gi.pow(2, y) + gi.atan2(1, x) + gi.exp(1),
     "fma": lambda x, y, z: gi.fma(x, y, z),
     "maximum": lambda x, y, z: gi.maximum(x, y),
     "<": lambda x, y, z: gi.select(x < y, x, z),
@@ -158,7 +165,7 @@ OPERATIONS = {
     "integers on the left": lambda x, y, z: 1 - x + 3 / x,
     "like": lambda x, y, z: x * like(0.3, y) + like(z, x) + like(2, x),
 }
-MIXED = ("+", "-", "*", "/", "fma", "maximum", "<", "select mixed")
+MIXED = ("+", "-", "*", "/", "fma", "maximum", "<", "select mixed", "pow", "atan2")
 
 
 @functools.cache
@@ -287,14 +294,20 @@ def test_functions_of_plain_numbers() -> None:
     assert math.isnan(gi.sqrt(-1.0))
     assert math.isnan(gi.sin(math.inf))
     third = np.longdouble(1) / 3
-    assert gi.log(0.5) == math.log(0.5)
     assert gi.log(0.0) == -math.inf
     assert math.isnan(gi.log(-1.0))
     assert gi.log(math.inf) == math.inf
-    for function in (gi.sqrt, gi.sin, gi.cos, gi.log):
-        value = function(third)
+    for function, partials in PARTIALS.items():
+        thirds = [third] * len(partials)
+        value = function(*thirds)
         assert value.dtype == np.longdouble
-        assert function(Lanes([third, third]))[1] == value
+        assert function(*(Lanes([x, x]) for x in thirds))[1] == value
+        with mp.workdps(40):
+            exact = [mp.mpf(1) / 3] * len(partials)
+            digits = getattr(mp, name_of(function))(*exact)
+            assert function(*exact) == digits
+            assert function(*(Lanes(np.array([x], dtype=object)) for x in exact))[0] == digits
+            assert function(exact[0], *(0.25 for _ in exact[1:])).context is mp
     with mp.workdps(40):
         x = mp.mpf(1) / 3
         lanes = gi.sin(Lanes(np.array([x, 2 * x], dtype=object)))

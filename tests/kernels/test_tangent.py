@@ -10,7 +10,7 @@ from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import SCALAR, tangent, tangent_lanes
 from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import BLOCK, MEMORY, takes
-from geomint.kernels.numbers import arithmetic as ar, circular
+from geomint.kernels.numbers import arithmetic as ar, circular, exponential
 from geomint.kernels.numbers.blocks import as_lanes, scalar_block
 from geomint.kernels.numbers.lanes import Lanes
 from geomint.kernels.numbers.tangent import Tangent, tangent_block
@@ -32,7 +32,14 @@ OPERATIONS = {
     "sqrt": lambda x, y: ar.sqrt(x * x + y * y),
     "sin": lambda x, y: circular.sin(x * y),
     "cos": lambda x, y: circular.cos(x - y),
-    "log": lambda x, y: ar.log(x * x + 0.5),
+    "tan": lambda x, y: circular.tan(x * y),
+    "atan2": lambda x, y: circular.atan2(x, y) * x,
+    "atan2 of a number": lambda x, y: circular.atan2(2.0, y) + circular.atan2(x, -0.5),
+    "exp": lambda x, y: exponential.exp(x * y),
+    "log": lambda x, y: exponential.log(x * x + 0.5),
+    "pow": lambda x, y: exponential.pow(x * x, y),
+    "pow of a number": lambda x, y: exponential.pow(x, 3) + exponential.pow(2, y),
+    "tanh": lambda x, y: exponential.tanh(x + y) * y,
     "larger": lambda x, y: ar.maximum(x, y) * x,
     "select": lambda x, y: ar.select(x < y, x * x, y),
     "select a number": lambda x, y: ar.select(x < y, 1.0, y) * x,
@@ -87,7 +94,6 @@ def test_operations(name: str) -> None:
 
 @helper
 def most_operations(y, out):
-    """All but the logarithm, which double-double numbers have not."""
     x, z = y[0], y[1]
     out[0] = x + z
     out[1] = 2.5 + x + 1
@@ -111,19 +117,22 @@ def most_operations(y, out):
     out[17] *= z
     out[17] -= 1
     out[17] /= x
+    out[18] = exponential.exp(x) * exponential.tanh(z) + exponential.pow(3.0, x)
+    out[19] = exponential.pow(abs(x), z) + exponential.pow(x, 3) * circular.tan(z)
+    out[20] = circular.atan2(x, z) + circular.atan2(1.0, x) + circular.atan2(z, 2)
+    out[21] = exponential.log(x * x + 1.0)
 
 
-MOST = 18
+MOST = 22
 
 
 @helper
 def all_operations(y, out):
     most_operations(y, out)
-    out[MOST] = ar.log(y[0] * y[0] + 1.0)
-    out[MOST + 1] = ar.top(y[0]) * ar.epsilon(y[0]) * y[1]
+    out[MOST] = ar.top(y[0]) * ar.epsilon(y[0]) * y[1]
 
 
-COUNT = MOST + 2
+COUNT = MOST + 1
 
 
 @helper

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from geomint.kernels.compiling.recorded import field, helper
-from geomint.kernels.numbers.arithmetic import log
+from geomint.kernels.numbers.exponential import log
 from geomint.problems.forms import Hamiltonian, Measure
 from geomint.problems.problem import Problem
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from geomint.kernels.compiling.recorded import field, helper
-from geomint.kernels.numbers.arithmetic import log
 from geomint.kernels.numbers.circular import cos, sin
+from geomint.kernels.numbers.exponential import log
 from geomint.problems.forms import Measure
 from geomint.problems.problem import Problem
 

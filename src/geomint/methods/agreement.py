@@ -48,8 +48,9 @@ def check_agreement(problem: str, stepper: Stepper) -> None:
         what = (
             "give other numbers in compiled code than in Python: after a short step row "
             f"{row} is {ends[0][row]!r} and {ends[1][row]!r}. Whole numbers have 64 bits there: "
-            "2**-k is 0 and products wrap (2.0**-k is right), and numpy numbers keep their kind "
-            "(float32, uint8; float64 is right)"
+            "2**-k is 0 and products wrap (2.0**-k is right), numpy numbers keep their kind "
+            "(float32, uint8; float64 is right), and powers are rounded otherwise (y[0]**3; "
+            "gi.pow(y[0], 3) is right)"
         )
         raise DeclarationError(problem, "functions", what)
     _agreeing.add(key)

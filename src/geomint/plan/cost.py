@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.numbers.blocks import Block
+from ..kernels.numbers.tangent import PARTIALS
 from ..kernels.numbers.traced import Algebra, Traced
 from ..problems.declaration import check_form
 from ..problems.forms import GroupAction, Hamiltonian, Splitting
@@ -36,7 +38,10 @@ class _Tally(Algebra):
 
     def __init__(self) -> None:
         super().__init__(
-            np, operator.lt, operator.le, lambda condition, x, y: x if condition else y
+            SimpleNamespace(**{f.__name__: f for f in PARTIALS}),
+            operator.lt,
+            operator.le,
+            lambda condition, x, y: x if condition else y,
         )
         self.count = 0
 

@@ -18,6 +18,8 @@ import numpy as np
 from ..kernels.compiling.code import Path, paths_in
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.walk import KERNELS, LIBRARIES, MISSING, content_of, home_of
+from ..kernels.numbers.arithmetic import of_numpy
+from ..kernels.numbers.tangent import PARTIALS
 
 _LISTS = {"BUILD_LIST", "BUILD_SET", "BUILD_MAP", "BUILD_CONST_KEY_MAP", "LIST_APPEND", "MAP_ADD"}
 _TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y), which are no lists
@@ -42,14 +44,16 @@ _MAKES = (
 )
 _BUILTINS = {
     *("abs", "bool", "complex", "divmod", "enumerate", "float", "int", "isinstance", "len"),
-    *("max", "min", "pow", "range", "round", "slice", "sum", "tuple", "zip"),
+    *("max", "min", "range", "round", "slice", "sum", "tuple", "zip"),
 }
 _OF_NUMBERS = {"math", "_operator"}
 _FUNCTIONS = (FunctionType, BuiltinFunctionType, np.ufunc, type(np.dot))
 _ARITHMETIC = "write arithmetic, loops over rows, and the functions of geomint"
-_SAME = ("sqrt", "sin", "cos", "log", "maximum")
 _INSTEAD: dict[Any, str] = {
-    **{getattr(module, f): f"gi.{f}" for module in (math, np) for f in _SAME if hasattr(module, f)},
+    **{getattr(math, f.__name__): f"gi.{f.__name__}" for f in PARTIALS},
+    **{of_numpy(f): f"gi.{f.__name__}" for f in PARTIALS},
+    pow: "gi.pow",
+    np.maximum: "gi.maximum",
     math.fabs: "abs",
     np.abs: "abs",
     np.fabs: "abs",

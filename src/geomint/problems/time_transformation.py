@@ -30,8 +30,9 @@ from ..arguments import Array
 from ..errors import DomainError, FormError, nearest
 from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded, helper, observable
-from ..kernels.numbers.arithmetic import like, log, sqrt
+from ..kernels.numbers.arithmetic import like, sqrt
 from ..kernels.numbers.blocks import part
+from ..kernels.numbers.exponential import log
 from .evaluate import derivative, value
 from .forms import GroupAction, Measure
 from .problem import Problem

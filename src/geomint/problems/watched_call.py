@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.tangent import PARTIALS
 from ..kernels.numbers.watched import AccessError, Fresh, Given
 from .habits import habit_of
 
@@ -47,7 +48,10 @@ def watched_call(
     except (ArithmeticError, ValueError):
         return False
     except (TypeError, NameError, AttributeError, LookupError, RecursionError) as error:
-        what = f"raises {type(error).__name__}: {_one_line(error)} {_place(f, error)}"
+        said = _one_line(error)
+        if said.startswith("No geomint attribute"):
+            said += f", but {', '.join(f'gi.{function.__name__}' for function in PARTIALS)}"
+        what = f"raises {type(error).__name__}: {said} {_place(f, error)}"
         raise DeclarationError(problem, role, what) from error
     if number:
         real = isinstance(result, int | float | np.number | np.bool_)
@@ -77,7 +81,7 @@ def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
     except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
         said = str(error).replace("'Tangent'", "a number with derivatives")
         said = said.replace("Tangent", "a number with derivatives")
-        said += ": write products, or gi.sqrt" if "** or pow()" in said else ""
+        said += ": write products, or gi.pow(x, y)" if "** or pow()" in said else ""
         what = f"raises {type(error).__name__}: {said} {_place(f, error)}; see geomint.field"
         raise DeclarationError(problem, f.function.__name__, what) from error
 

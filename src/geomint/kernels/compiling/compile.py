@@ -26,7 +26,7 @@ from numba.extending import typeof_impl
 from ..numbers import (  # noqa: F401 - what numba is to know
     typing_addresses,
     typing_blocks,
-    typing_circular,
+    typing_elementary,
 )
 from .cache import UnkeptCache, make_cache, sources_edited
 from .call import Code

@@ -18,8 +18,8 @@ _ADVICE = (
         r"(mul|add|sub|truediv)\(.*lanemask8",
         "a condition is no number: gi.select(condition, 1.0, 0.0)",
     ),
-    (r"i?pow\(.*tangent\(", "`**` has no derivatives here: write products, or gi.sqrt"),
-    (r"i?pow\(lanes8", "`**` takes one number at a time: write products, or gi.sqrt"),
+    (r"i?pow\(.*tangent\(", "`**` has no derivatives here: write products, or gi.pow(x, y)"),
+    (r"i?pow\(lanes8", "`**` takes one number at a time: write products, or gi.pow(x, y)"),
     (r"(min|max)\(.*lanes8", "min and max take one number at a time: write gi.maximum"),
     (
         r"setitem\(array",

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 NAN = float("nan")  # what lies outside of a function's domain, to be found at the end of the step
+SHIFT = 1.5 * 2.0**52  # adding it rounds to a whole number
 
 
 def _load_libm_fma() -> Callable[[float, float, float], float] | None:
@@ -72,40 +73,71 @@ def fma(x, y, z) -> Any:
     return np.float64(_fma_float(float(x), float(y), float(z)))
 
 
-def elementwise(name: str, x) -> Any:
-    """Return a function of a number, or of each of an array, by its name: of the C library."""
+def name_of(function: Callable[..., Any]) -> str:
+    """Return what an elementary function is called by kinds of numbers."""
+    return {"pow": "power"}.get(function.__name__, function.__name__)
 
-    def scalar(value: float) -> float:
-        try:
-            return float(getattr(math, name)(value))
-        except ValueError:  # outside of the domain, where the C library gives −inf or NaN
-            return -math.inf if value == 0.0 else math.nan
 
-    if isinstance(x, np.ndarray):
-        if x.dtype == np.float64:  # numpy's own sin differs from the C library's in the last bit
-            return np.array([scalar(v) for v in x]).view(type(x))
-        if x.dtype == np.object_:
-            return np.array([elementwise(name, v) for v in x], dtype=object).view(type(x))
-        return getattr(np, name)(x)
-    if isinstance(x, np.longdouble):
-        return getattr(np, name)(x)
-    if isinstance(x, float | int):
-        return np.float64(scalar(x))
-    return getattr(x.context, name)(x)
+def of_numpy(function: Callable[..., Any]) -> Any:
+    """Return numpy's elementary function of that name."""
+    name = name_of(function)
+    return getattr(np, {"atan2": "arctan2"}.get(name, name))
+
+
+@np.errstate(all="ignore")
+def elementwise(function: Callable[..., Any], *numbers) -> Any:
+    """Return a function of numbers that are not all float64, as their own kind has it by its name."""
+    own = [x.context for x in numbers if hasattr(x, "context")]
+    objects = any(getattr(x, "dtype", None) == np.object_ for x in numbers)
+    if objects and not any(hasattr(x, "chosen") for x in numbers):
+        return np.frompyfunc(function, len(numbers), 1)(*numbers)
+    if own:
+        return getattr(own[0], name_of(function))(*numbers)
+    return of_numpy(function)(*numbers)
+
+
+@np.errstate(all="ignore")
+def of_our_own(function, source: Callable[..., Any], *numbers, library: Any = None, far=0.0) -> Any:
+    """Return a function as its source has it for float64 and lanes; of other numbers their own.
+
+    With a library the source is for sizes up to `far` alone.
+    """
+    if not is_float64(*numbers):
+        return elementwise(function, *numbers)
+    x, *more = (v if isinstance(v, np.ndarray) else np.float64(v) for v in numbers)
+    if library is None or np.all(near := abs(x) <= far):
+        return source(x, *more)
+    beyond = np.array([math.nan if np.isinf(v) else library(v) for v in np.ravel(x)])
+    if not isinstance(x, np.ndarray):
+        return beyond[0]
+    return select(near, source(select(near, x, 0.0)), beyond)
 
 
 def sqrt(x) -> Any:
     """Square root; NaN for a negative float64."""
     if isinstance(x, float | int):
         return np.float64(math.sqrt(x)) if x >= 0 else np.float64(math.nan)
-    if isinstance(x, np.ndarray | np.longdouble) and getattr(x, "dtype", None) != np.object_:
-        return np.sqrt(x)
-    return elementwise("sqrt", x)
+    return elementwise(sqrt, x)
 
 
-def log(x) -> Any:
-    """Natural logarithm, of the C library for float64: −inf at 0, NaN below. No double-doubles."""
-    return elementwise("log", x)
+def power_of_two(k) -> Any:
+    """Return 2^k for whole k from −1022 to 1023: float64 and lanes."""
+    found = (np.asarray(k + (SHIFT + 1023.0)).view(np.int64) << 52).view(np.float64)
+    return found.view(type(k)) if isinstance(k, np.ndarray) else found
+
+
+def exponent(x) -> Any:
+    """Return k of |x| in [2^k, 2^(k+1)), and above 1024 where the sign bit is set: no subnormals."""
+    found = (np.asarray(x).view(np.uint64) >> np.uint64(52)) - 1023.0
+    return found.view(type(x)) if isinstance(x, np.ndarray) else found
+
+
+def polynomial(x, coefficients: tuple[float, ...]) -> Any:
+    """Return Σ c_k x^k, Horner's way, by fused multiply-adds."""
+    total = fma(x, coefficients[-1], coefficients[-2])
+    for k in range(len(coefficients) - 3, -1, -1):
+        total = fma(total, x, coefficients[k])
+    return total
 
 
 def maximum(x, y) -> Any:

@@ -19,11 +19,18 @@ from typing import Any
 import numpy as np
 
 from ...arguments import Array
-from . import arithmetic, circular
+from . import arithmetic, circular, exponential
 from .blocks import Block
 from .lanes import LANES, Lanes
 
-__all__ = ["Tangent", "TangentBlock", "as_tangents", "tangent_block", "tangent_lane_block"]
+__all__ = [
+    "PARTIALS",
+    "Tangent",
+    "TangentBlock",
+    "as_tangents",
+    "tangent_block",
+    "tangent_lane_block",
+]
 
 
 def _compared(relation: Callable[[Any, Any], Any]):
@@ -50,9 +57,6 @@ class Tangent:
 
     def __repr__(self) -> str:
         return f"Tangent({self.value!r}, {self.slopes!r})"
-
-    def _map(self, value, slope) -> Tangent:
-        return Tangent(value, _times(slope, self.slopes))
 
     def __add__(self, other) -> Tangent:
         if isinstance(other, Tangent):
@@ -81,7 +85,7 @@ class Tangent:
         if isinstance(other, Tangent):
             slopes = _fused(self.value, other.slopes, _times(other.value, self.slopes))
             return Tangent(self.value * other.value, slopes)
-        return self._map(self.value * other, other)
+        return Tangent(self.value * other, _times(other, self.slopes))
 
     __rmul__ = __mul__
 
@@ -194,27 +198,69 @@ def _value(x):
     return x.value if isinstance(x, Tangent) else x
 
 
+def _of_tanh(f, x) -> Any:
+    e = exponential.exp(-2.0 * abs(x))  # 1 − tanh² would lose its digits
+    return 4.0 * e / ((1.0 + e) * (1.0 + e))
+
+
+def _of_base(f, x, y) -> Any:
+    constant = (x == 0.0) & (y == 0.0)
+    return y * arithmetic.select(constant, 0.0, exponential.pow(x, y - 1.0))
+
+
+def _of_power(f, x, y) -> Any:
+    base = x + 0.0 * y  # a constant gets the digits of the exponent
+    return arithmetic.select((x == 0.0) & (y > 0.0), 0.0, f * exponential.log(base))
+
+
+def _of_height(f, y, x) -> Any:
+    size = arithmetic.maximum(abs(x), abs(y))  # squares of the numbers may be too large or small
+    x, y = x / size, y / size
+    return x / (x * x + y * y) / size
+
+
+def _of_width(f, y, x) -> Any:
+    size = arithmetic.maximum(abs(x), abs(y))
+    x, y = x / size, y / size
+    return -y / (x * x + y * y) / size
+
+
+# The derivatives of elementary functions by each number, of the value f and the numbers.
+PARTIALS: dict[Any, tuple[Callable[..., Any], ...]] = {
+    arithmetic.sqrt: (lambda f, x: 0.5 / f,),
+    exponential.exp: (lambda f, x: f,),
+    exponential.log: (lambda f, x: 1.0 / x,),
+    exponential.pow: (_of_base, _of_power),
+    exponential.tanh: (_of_tanh,),
+    circular.sin: (lambda f, x: circular.cos(x),),
+    circular.cos: (lambda f, x: -circular.sin(x),),
+    circular.tan: (lambda f, x: 1.0 + f * f,),
+    circular.atan2: (_of_height, _of_width),
+}
+
+
+def _elementary(function, partials: tuple[Callable[..., Any], ...]) -> Any:
+    def of_tangents(*numbers) -> Tangent:
+        values = [_value(x) for x in numbers]
+        f = function(*values)
+        slopes = [
+            _times(partial(f, *values), x.slopes)
+            for partial, x in zip(partials, numbers, strict=True)
+            if isinstance(x, Tangent)
+        ]
+        return Tangent(f, functools.reduce(operator.add, slopes))
+
+    return staticmethod(of_tangents)
+
+
 class _Functions:
     """Elementary functions of tangent numbers."""
 
     eps = 2.0**-52
 
-    @staticmethod
-    def sqrt(x: Tangent) -> Tangent:
-        root = arithmetic.sqrt(x.value)
-        return Tangent(root, _over(x.slopes, 2.0 * root))
 
-    @staticmethod
-    def sin(x: Tangent) -> Tangent:
-        return x._map(circular.sin(x.value), circular.cos(x.value))
-
-    @staticmethod
-    def cos(x: Tangent) -> Tangent:
-        return x._map(circular.cos(x.value), -circular.sin(x.value))
-
-    @staticmethod
-    def log(x: Tangent) -> Tangent:
-        return Tangent(arithmetic.log(x.value), _over(x.slopes, x.value))
+for _function, _partials in PARTIALS.items():
+    setattr(_Functions, arithmetic.name_of(_function), _elementary(_function, _partials))
 
 
 class TangentBlock(Block):

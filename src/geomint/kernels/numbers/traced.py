@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from functools import partialmethod
 from typing import Any
 
+from .arithmetic import name_of
+from .tangent import PARTIALS
+
 
 @dataclass
 class Algebra:
@@ -20,7 +23,7 @@ class Algebra:
     Attributes
     ----------
     functions : module
-        With ``sin``, ``cos``, ``sqrt`` and ``log``.
+        With the functions of `tangent.PARTIALS`, by their names.
     less, less_equal : callable
         Conditions on two symbols.
     select : callable
@@ -32,11 +35,13 @@ class Algebra:
     less_equal: Callable[[Any, Any], Any]
     select: Callable[[Any, Any, Any], Any]
 
-    def _of(self, name: str, x: Traced) -> Traced:
-        return x._by(getattr(self.functions, name)(x.symbol))
+    def _of(self, name: str, *numbers) -> Traced:
+        own = next(x for x in numbers if isinstance(x, Traced))
+        return own._by(getattr(self.functions, name)(*map(symbol, numbers)))
 
-    sin, cos = partialmethod(_of, "sin"), partialmethod(_of, "cos")
-    sqrt, log = partialmethod(_of, "sqrt"), partialmethod(_of, "log")
+
+for _function in PARTIALS:
+    setattr(Algebra, name_of(_function), partialmethod(Algebra._of, _function.__name__))
 
 
 def _both(operation: Callable[[Any, Any], Any]) -> tuple[Any, Any]:
@@ -111,9 +116,11 @@ class _Symbol:
         return self
 
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __pow__ = __neg__ = _same
-    __truediv__ = __rtruediv__ = sin = cos = sqrt = log = less = select = _same
+    __truediv__ = __rtruediv__ = less = select = _same
     __bool__ = Traced._decide
 
 
+for _function in PARTIALS:
+    setattr(_Symbol, _function.__name__, _Symbol._same)
 _ANY = _Symbol()
 ANYTHING = Traced(_ANY, Algebra(_ANY, _ANY.less, _ANY.less, _ANY.select))

@@ -17,7 +17,7 @@ from numba.extending import (
     register_model,
 )
 
-from . import arithmetic, circular
+from . import arithmetic, circular, exponential
 from .double_double import DoubleDoubleBlock
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE, is_plain
@@ -205,6 +205,100 @@ def _sine_of(x, shift):
     return _pack(arithmetic.select(flip, -hi, hi), arithmetic.select(flip, -lo, lo))
 
 
+@njit
+def _absolute(x):
+    negative = _hi(x) < 0.0
+    return _pack(
+        arithmetic.select(negative, -_hi(x), _hi(x)), arithmetic.select(negative, -_lo(x), _lo(x))
+    )
+
+
+@njit
+def _tangent(x):
+    return _divide(_sine_of(x, 0.0), _sine_of(x, 1.0))
+
+
+_LOG_TWO = (0.6931471805599453, 2.3190468138462996e-17, 5.707708438416212e-34)
+
+
+@njit
+def _constant(number, x):
+    """Return a number as those of the kind of x."""
+    return _pack(arithmetic.like(number, _hi(x)), 0.0 * _hi(x))
+
+
+@njit
+def _less_one(x):
+    """Return k and E of ``exp x = 2^k (1 + E)``, by a Taylor series at r/16 and E ↦ E (2 + E)."""
+    hi = arithmetic.select(_hi(x) > 710.0, 710.0, _hi(x))
+    hi = arithmetic.select(hi < -746.0, -746.0, hi)
+    k = _nearest_integer(hi * 1.4426950408889634)
+    r = _pack(hi, arithmetic.select(hi == _hi(x), _lo(x), 0.0 * hi))
+    for part in _LOG_TWO:
+        p, e = _two_product(-k, part + 0.0 * k)
+        r = _add(r, _pack(p, e))
+    r = _scaled(r, 0.0625 + 0.0 * k)
+    one = _constant(1.0, x)
+    total = one
+    for back in range(18):
+        total = _add(one, _divide(_multiply(r, total), _constant(19.0 - back, x)))
+    total = _multiply(r, total)
+    for _ in range(4):
+        total = _multiply(total, _add(_constant(2.0, x), total))
+    return k, total
+
+
+@njit
+def _exponential(x):
+    k, less = _less_one(x)
+    half = _nearest_integer(0.5 * k)
+    found = _add(_constant(1.0, x), less)
+    by, more = arithmetic.power_of_two(half), arithmetic.power_of_two(k - half)
+    return _pack(_hi(found) * by * more, _lo(found) * by * more)
+
+
+@njit
+def _logarithm(x):
+    """By a step of Halley's method from the logarithm of a float64."""
+    one, first = _constant(1.0, x), _pack(exponential.log(_hi(x)), 0.0 * _hi(x))
+    ratio = _multiply(x, _exponential(_negate(first)))
+    rest = _divide(_subtract(ratio, one), _add(ratio, one))
+    return _add(first, _add(rest, rest))
+
+
+@njit
+def _power(x, y):
+    """Signs, zeros and what is no number are those of float64."""
+    rough = exponential.pow(_hi(x), _hi(y))
+    found = _exponential(_multiply(y, _logarithm(_absolute(x))))
+    hi = arithmetic.select(rough < 0.0, -_hi(found), _hi(found))
+    lo = arithmetic.select(rough < 0.0, -_lo(found), _lo(found))
+    known = (_hi(x) == 0.0) | (rough != rough)
+    return _pack(arithmetic.select(known, rough, hi), arithmetic.select(known, 0.0, lo))
+
+
+@njit
+def _hyperbolic_tangent(x):
+    far = abs(_hi(x)) > 40.0
+    k, less = _less_one(_add(x, x))
+    by = arithmetic.power_of_two(arithmetic.select(far, 0.0, k))
+    less = _scaled(less, by)
+    shift, rest = _two_sum(by, -1.0 + 0.0 * by)
+    over = _add(less, _pack(shift, rest))
+    found = _divide(over, _add(over, _constant(2.0, x)))
+    side = arithmetic.select(_hi(x) < 0.0, -1.0, 1.0) + 0.0 * by
+    return _pack(arithmetic.select(far, side, _hi(found)), arithmetic.select(far, 0.0, _lo(found)))
+
+
+@njit
+def _angle(y, x):
+    """From the angle of float64, and what is left after turning by it."""
+    first = _pack(circular.atan2(_hi(y), _hi(x)), 0.0 * _hi(x))
+    s, c = _sine_of(first, 0.0), _sine_of(first, 1.0)
+    over = _subtract(_multiply(y, c), _multiply(x, s))
+    return _add(first, _divide(over, _add(_multiply(x, c), _multiply(y, s))))
+
+
 def _binary(functions: list[Any], implementation) -> None:
     for function in functions:
 
@@ -259,14 +353,6 @@ for _function in (operator.lt, operator.le, operator.gt, operator.ge):
     _binary([_function], _comparison(_function))
 
 
-@njit
-def _absolute(x):
-    negative = _hi(x) < 0.0
-    return _pack(
-        arithmetic.select(negative, -_hi(x), _hi(x)), arithmetic.select(negative, -_lo(x), _lo(x))
-    )
-
-
 def _unary(function, implementation, *shift: float) -> None:
     @overload(function)
     def choose(x):
@@ -278,6 +364,12 @@ _unary(abs, _absolute)
 _unary(arithmetic.sqrt, _square_root)
 _unary(circular.sin, _sine_of, 0.0)
 _unary(circular.cos, _sine_of, 1.0)
+_unary(circular.tan, _tangent)
+_unary(exponential.exp, _exponential)
+_unary(exponential.log, _logarithm)
+_unary(exponential.tanh, _hyperbolic_tangent)
+_binary([exponential.pow], _power)
+_binary([circular.atan2], _angle)
 
 
 @overload(arithmetic.fma)

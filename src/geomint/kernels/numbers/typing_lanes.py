@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
@@ -290,28 +289,10 @@ def _overload_unary(function, vector, scalar=None) -> None:
         return None
 
 
-def _lane_by_lane(function):
-    def apply(x):
-        for i in range(LANES):
-            x = insert_lane(x, i, function(extract_lane(x, i)))
-        return x
-
-    # Symbols are made of it, and must differ for sine and cosine (`compile._unique` says why).
-    apply.__qualname__ = f"{function.__name__}_of_lanes"
-    return njit(apply)
-
-
-for _name, _vector in (
-    ("sqrt", _vector_sqrt),
-    ("sin", _lane_by_lane(math.sin)),
-    ("cos", _lane_by_lane(math.cos)),
-    ("log", _lane_by_lane(math.log)),
-):
-    _overload_unary(getattr(math, _name), _vector)
-    _overload_unary(getattr(np, _name), _vector)
+_overload_unary(math.sqrt, _vector_sqrt)
+_overload_unary(np.sqrt, _vector_sqrt)
 _overload_unary(np.abs, _vector_abs)
 _overload_unary(arithmetic.sqrt, _vector_sqrt, math.sqrt)
-_overload_unary(arithmetic.log, _lane_by_lane(math.log), math.log)
 
 
 @overload(abs)
@@ -328,6 +309,40 @@ def _overload_maximum(x, y):
     if is_plain(x) and is_plain(y):
         return None
     return lambda x, y: arithmetic.select(x > y, x, arithmetic.select(x >= x, y, x))
+
+
+def _of_bits(function, emit) -> None:
+    """Let a function of float64 and of lanes be made of instructions on bits."""
+
+    @instruction(function)
+    def typed(typingctx, x):
+        def codegen(context, builder, sig, args):
+            (number,) = args
+            lanes = number.type == _VECTOR
+            whole = ir.VectorType(ir.IntType(64), LANES) if lanes else ir.IntType(64)
+
+            def constant(kind, value):
+                return ir.Constant(kind, [value] * LANES if lanes else value)
+
+            return emit(builder, number, whole, constant)
+
+        return (x(x), codegen) if x in (types.float64, LANE_VALUE) else None
+
+
+def _power_of_two(builder, k, whole, constant):
+    moved = builder.fadd(k, constant(k.type, arithmetic.SHIFT + 1023.0))
+    bits = builder.shl(builder.bitcast(moved, whole), constant(whole, 52))
+    return builder.bitcast(bits, k.type)
+
+
+def _exponent(builder, x, whole, constant):
+    bits = builder.lshr(builder.bitcast(x, whole), constant(whole, 52))
+    bits = builder.or_(bits, constant(whole, 0x433 << 52))  # 2^52 and the exponent
+    return builder.fsub(builder.bitcast(bits, x.type), constant(x.type, 2.0**52 + 1023.0))
+
+
+_of_bits(arithmetic.power_of_two, _power_of_two)
+_of_bits(arithmetic.exponent, _exponent)
 
 
 @instruction(arithmetic.like)

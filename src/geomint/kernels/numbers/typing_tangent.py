@@ -12,15 +12,16 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
+from numba import njit
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, overload, register_model
 
-from . import arithmetic, circular
+from . import arithmetic
 from .instruction import instruction
-from .tangent import as_tangents, tangent_block, tangent_lane_block
+from .tangent import PARTIALS, as_tangents, tangent_block, tangent_lane_block
 from .typing_bases import Instructions
 from .typing_blocks import BlockType, other_rows
 from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes, is_plain
@@ -355,44 +356,49 @@ def _value(typingctx, x):
     return x.base(x), codegen
 
 
-def _chained(emit):
-    """Return an intrinsic ``(x, value, number)``: such a value, and what a number makes of slopes."""
+@intrinsic
+def _valued(typingctx, x, value):
+    """Return a number with another value and the slopes that it has."""
 
-    @intrinsic
-    def chain(typingctx, x, value, number):
-        def codegen(context, builder, sig, args):
-            a, tangent = _operands(context, builder, x, (x,), args[:1])
-            factor = tangent.beside(args[2])
-            return _pack(a, x, args[1], [emit(a, s, factor) for s in tangent.slopes])
+    def codegen(context, builder, sig, args):
+        return builder.insert_value(*args, 0)
 
-        return x(x, x.base, x.base), codegen
-
-    return chain
-
-
-_by = _chained(lambda a, slope, factor: a.multiply(factor, slope))
-_over = _chained(lambda a, slope, divisor: a.divide(slope, divisor))
+    return x(x, x.base), codegen
 
 
 def _of_tangents(function, compiled) -> None:
-    """Let a function of tangent numbers be compiled as another."""
+    """Let a function of numbers, one of them a tangent one, be compiled as another."""
     # Symbols are made of it, and must differ (`compile._unique` says why).
     compiled.__qualname__ = f"{function.__name__}_of_tangents"
 
-    @overload(function)
-    def of_tangents(x):
-        return compiled if _is_tangent(x) else None
+    @overload(function, strict=False)
+    def of_tangents(*numbers):
+        return None if _joined(*numbers) is None else compiled
 
 
-def _root(x):
-    root = arithmetic.sqrt(_value(x))
-    return _over(x, root, 2.0 * root)
+def _elementary(function, partials) -> Any:
+    first, *more = (njit(error_model="numpy")(partial) for partial in partials)
+
+    def of_one(x):
+        value = arithmetic.plain(x)
+        f = function(value)
+        return _valued(first(f, value) * x, f)
+
+    if not more:
+        return of_one
+    (second,) = more
+
+    def of_two(x, y):
+        value, other = 1.0 * arithmetic.plain(x), 1.0 * arithmetic.plain(y)
+        value, other = arithmetic.like(value, other), arithmetic.like(other, value)
+        f = function(value, other)
+        return _valued(first(f, value, other) * x + second(f, value, other) * y, f)
+
+    return of_two
 
 
-_of_tangents(arithmetic.sqrt, _root)
-_of_tangents(circular.sin, lambda x: _by(x, circular.sin(_value(x)), circular.cos(_value(x))))
-_of_tangents(circular.cos, lambda x: _by(x, circular.cos(_value(x)), -circular.sin(_value(x))))
-_of_tangents(arithmetic.log, lambda x: _over(x, arithmetic.log(_value(x)), _value(x)))
+for _function, _partials in PARTIALS.items():
+    _of_tangents(_function, _elementary(_function, _partials))
 _of_tangents(arithmetic.plain, lambda x: _value(x))
 _of_tangents(arithmetic.top, lambda x: arithmetic.top(_value(x)))
 _of_tangents(arithmetic.epsilon, lambda x: arithmetic.epsilon(_value(x)))

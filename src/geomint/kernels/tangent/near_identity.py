@@ -1,8 +1,9 @@
 """Determinants and triangular factors of ``1 + S``, to relative accuracy where S is small."""
 
 from ..compiling.recorded import helper
-from ..numbers.arithmetic import NAN, fma, log, sqrt, total
+from ..numbers.arithmetic import NAN, fma, sqrt, total
 from ..numbers.blocks import as_lanes
+from ..numbers.exponential import log
 from .layout import lanes_for
 
 SMALL = 0.5  # the norm of S: below that the ones are kept apart
