@@ -119,7 +119,7 @@ def test_eight_at_a_time_agree_with_mpmath(scale):
                 14: 1 + abs(x),
                 16: 1 + abs(x * mp.log(abs(z))),
             }.get(row, 1)
-            size = max(size, 1 if row == 15 else 0)
+            size = max(size, 1 if row in (15, 18) else 0)
             assert abs(found - truth) <= DIGITS * max(size, abs(z) if row < 2 else 0), row
 
 

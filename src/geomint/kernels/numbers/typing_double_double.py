@@ -228,33 +228,25 @@ def _constant(number, x):
 
 
 @njit
-def _less_one(x):
-    """Return k and E of ``exp x = 2^k (1 + E)``, by a Taylor series at r/16 and E ↦ E (2 + E)."""
+def _exponential(x):
+    """By ``x = k log 2 + r``, the Taylor series of E = exp(r/16) − 1, and E ↦ E (2 + E)."""
     hi = arithmetic.select(_hi(x) > 710.0, 710.0, _hi(x))
     hi = arithmetic.select(hi < -746.0, -746.0, hi)
-    k = _nearest_integer(hi * 1.4426950408889634)
-    r = _pack(hi, arithmetic.select(hi == _hi(x), _lo(x), 0.0 * hi))
+    k, one = _nearest_integer(hi * 1.4426950408889634), _constant(1.0, x)
+    r = _pack(hi, arithmetic.select(hi == _hi(x), _lo(x), 0.0))
     for part in _LOG_TWO:
         p, e = _two_product(-k, part + 0.0 * k)
         r = _add(r, _pack(p, e))
-    r = _scaled(r, 0.0625 + 0.0 * k)
-    one = _constant(1.0, x)
+    r = _scaled(r, arithmetic.like(0.0625, k))
     total = one
     for back in range(18):
         total = _add(one, _divide(_multiply(r, total), _constant(19.0 - back, x)))
     total = _multiply(r, total)
     for _ in range(4):
         total = _multiply(total, _add(_constant(2.0, x), total))
-    return k, total
-
-
-@njit
-def _exponential(x):
-    k, less = _less_one(x)
     half = _nearest_integer(0.5 * k)
-    found = _add(_constant(1.0, x), less)
-    by, more = arithmetic.power_of_two(half), arithmetic.power_of_two(k - half)
-    return _pack(_hi(found) * by * more, _lo(found) * by * more)
+    found = _scaled(_add(one, total), arithmetic.power_of_two(half))
+    return _scaled(found, arithmetic.power_of_two(k - half))
 
 
 @njit
@@ -271,23 +263,17 @@ def _power(x, y):
     """Signs, zeros and what is no number are those of float64."""
     rough = exponential.pow(_hi(x), _hi(y))
     found = _exponential(_multiply(y, _logarithm(_absolute(x))))
-    hi = arithmetic.select(rough < 0.0, -_hi(found), _hi(found))
-    lo = arithmetic.select(rough < 0.0, -_lo(found), _lo(found))
+    found = _scaled(found, arithmetic.select(rough < 0.0, -1.0, 1.0) + 0.0 * _hi(x))
     known = (_hi(x) == 0.0) | (rough != rough)
-    return _pack(arithmetic.select(known, rough, hi), arithmetic.select(known, 0.0, lo))
+    hi, lo = arithmetic.select(known, rough, _hi(found)), arithmetic.select(known, 0.0, _lo(found))
+    return _pack(hi, lo)
 
 
 @njit
 def _hyperbolic_tangent(x):
-    far = abs(_hi(x)) > 40.0
-    k, less = _less_one(_add(x, x))
-    by = arithmetic.power_of_two(arithmetic.select(far, 0.0, k))
-    less = _scaled(less, by)
-    shift, rest = _two_sum(by, -1.0 + 0.0 * by)
-    over = _add(less, _pack(shift, rest))
-    found = _divide(over, _add(over, _constant(2.0, x)))
-    side = arithmetic.select(_hi(x) < 0.0, -1.0, 1.0) + 0.0 * by
-    return _pack(arithmetic.select(far, side, _hi(found)), arithmetic.select(far, 0.0, _lo(found)))
+    one, e = _constant(1.0, x), _exponential(_scaled(_absolute(x), arithmetic.like(-2.0, _hi(x))))
+    found = _divide(_subtract(one, e), _add(one, e))
+    return _scaled(found, arithmetic.select(_hi(x) < 0.0, -1.0, 1.0) + 0.0 * _hi(e))
 
 
 @njit

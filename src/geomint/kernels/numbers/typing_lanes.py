@@ -312,7 +312,7 @@ def _overload_maximum(x, y):
 
 
 def _of_bits(function, emit) -> None:
-    """Let a function of float64 and of lanes be made of instructions on bits."""
+    """Let a function of float64 and of lanes be instructions on bits."""
 
     @instruction(function)
     def typed(typingctx, x):
