@@ -15,6 +15,7 @@ import math
 from typing import Any
 
 from .arithmetic import SHIFT, exponent, fma, of_our_own, polynomial, select
+from .double_double import divided, summed
 
 FAR = 2.0**30
 # π/2 as a sum, each part rounded to nearest.
@@ -41,15 +42,13 @@ def quarter(x) -> Any:
     cube = s * r
     rest = s * fma(-cube, odd, 0.5 * low) - low
     rest = rest + cube * 1.66666666666666324348e-01
-    sine = r - rest
     high = fma(s, -1.13596475577881948265e-11, 2.08757232129817482790e-09)
     high = fma(s, -2.75573143513906633035e-07, 2.48015872894767294178e-05) + q * high
     even = s * (fma(s, -1.38888888888741095749e-03, 4.16666666666666019037e-02) + q * high)
     half = 0.5 * s
     first = 1.0 - half
-    rest_of_one = ((1.0 - first) - half) + fma(s, even, -(r * low))
-    cosine = first + rest_of_one
-    return k, sine, (r - sine) - rest, cosine, (first - cosine) + rest_of_one
+    cosine, cosine_low = summed(first, ((1.0 - first) - half) + fma(s, even, -(r * low)))
+    return k, *summed(r, -rest), cosine, cosine_low
 
 
 def rest_of(k) -> Any:
@@ -82,9 +81,8 @@ def of_tan(x) -> Any:
     odd = (n - 1.0) * (n - 3.0) == 0.0
     over, over_low = select(odd, -cosine, sine), select(odd, -cosine_low, sine_low)
     below, below_low = select(odd, sine, cosine), select(odd, sine_low, cosine_low)
-    found = over / below
-    rest = (fma(-found, below, over) + over_low) - found * below_low
-    return select(x == 0.0, x, found + rest / below)
+    found, low = divided(over, over_low, below, below_low)
+    return select(x == 0.0, x, found + low)
 
 
 def of_atan2(y, x) -> Any:
@@ -97,9 +95,7 @@ def of_atan2(y, x) -> Any:
     n = select(endless, select(n == math.inf, 1.0, 0.0 * n), n * scale)
     d = select(endless | (d == 0.0), 1.0, d * scale)
     c = select(n < 0.25 * d, 0.0, select(n < 0.75 * d, 0.5, 1.0))
-    over, below = n - c * d, d + c * n  # the first is exact
-    t = over / below
-    t_low = (fma(-t, below, over) - t * ((d - below) + c * n)) / below
+    t, t_low = divided(n - c * d, 0.0, *summed(d, c * n))  # the difference is exact
     t_low = select(abs(t) < 2.0**-500, 0.0, t_low)
     t_low = fma(t * (t * t), polynomial(t * t, _ARCTAN), t_low)
     left = exponent(x) > 1024.0
@@ -108,12 +104,10 @@ def of_atan2(y, x) -> Any:
     sign = select(steep, -sign, sign)
     known = select(c == 0.0, 0.0, select(c == 0.5, _HALF, 0.5 * _FIRST))
     known_low = select(c == 0.0, 0.0, select(c == 0.5, _HALF_LOW, 0.5 * _SECOND))
-    begun = quarters * _FIRST
-    first = begun + sign * known
-    second = first + sign * t
-    low = ((begun - first) + sign * known) + ((first - second) + sign * t)
-    low = low + (quarters * _SECOND + sign * (known_low + t_low))
-    return select(exponent(y) > 1024.0, -(second + low), second + low)
+    first, low = summed(quarters * _FIRST, sign * known)
+    second, more = summed(first, sign * t)
+    found = second + (low + more + (quarters * _SECOND + sign * (known_low + t_low)))
+    return select(exponent(y) > 1024.0, -found, found)
 
 
 def sin(x) -> Any:

@@ -1,17 +1,21 @@
 """Double-double numbers: unevaluated sums of two float64, about 32 digits, for reference solutions.
 
-The Python half: packing and unpacking of blocks. `geomint.kernels.numbers.typing_double_double`
-makes the same field sources and kernels compile for eight double-double numbers at a time. A row of
-a block takes two numbers (hi, lo), a lane row sixteen: eight hi, then eight lo.
+The Python half: packing and unpacking of blocks, and sums of two numbers, which elementary functions
+are made of, too. `geomint.kernels.numbers.typing_double_double` makes the same field sources and
+kernels compile for eight double-double numbers at a time. A row of a block takes two numbers (hi, lo),
+a lane row sixteen: eight hi, then eight lo.
 
 Algorithms: T. J. Dekker, Numer. Math. 18 (1971) 224; D. E. Knuth, TAOCP 2, 4.2.2.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...arguments import Array
+from .arithmetic import fma
 from .blocks import Block
 from .lanes import LANES
 
@@ -33,3 +37,21 @@ def lane_rows(hi: Array, lo: Array) -> Array:
     """Return numbers of lane rows in memory order: eight hi, eight lo, and so on."""
     pairs = np.stack((hi.reshape(-1, LANES), lo.reshape(-1, LANES)), axis=1)
     return pairs.ravel()
+
+
+def summed(x, y) -> Any:
+    """Return x + y and what its rounding leaves, for |x| ≥ |y| or x = 0."""
+    found = x + y
+    return found, (x - found) + y
+
+
+def multiplied(x, y) -> Any:
+    """Return x y and what its rounding leaves."""
+    found = x * y
+    return found, fma(x, y, -found)
+
+
+def divided(x, x_low, y, y_low) -> Any:
+    """Return a quotient of sums of two numbers as such a sum."""
+    found = x / y
+    return found, ((fma(-found, y, x) + x_low) - found * y_low) / y

@@ -13,16 +13,8 @@ are off by 2⁻⁶⁴ and 2⁻⁷⁰.
 from math import inf
 from typing import Any
 
-from .arithmetic import (
-    NAN,
-    SHIFT,
-    exponent,
-    fma,
-    of_our_own,
-    polynomial,
-    power_of_two,
-    select,
-)
+from .arithmetic import NAN, SHIFT, exponent, fma, of_our_own, polynomial, power_of_two, select
+from .double_double import divided, multiplied, summed
 
 _LOG2, _LOG2_LOW = 0.6931471805599453, 2.3190468138462996e-17
 _THIRD, _THIRD_LOW = 0.3333333333333333, 1.850371707708594e-17
@@ -41,20 +33,19 @@ def halved(x, low) -> Any:
     k = fma(x, 1.4426950408889634, SHIFT) - SHIFT
     head = fma(-k, _LOG2, x)  # exact
     tail = fma(-k, _LOG2_LOW, low)
-    r = head + tail
-    low = (head - r) + tail
-    square = r * r
+    r, low = summed(head, tail)
+    square, more = multiplied(r, r)
     rest = fma(square * r, polynomial(r, _EXP), fma(low, r, low))
-    return k, r, fma(0.5, square, rest + 0.5 * fma(r, r, -square))
+    return k, r, fma(0.5, square, rest + 0.5 * more)
 
 
 def exponential(x, low) -> Any:
     """Return ``exp(x + low)`` for a small `low`."""
     x = select(x > 710.0, 710.0, select(x < -746.0, -746.0, x))
     k, r, q = halved(x, low)
-    one = 1.0 + r
+    one, rest = summed(1.0, r)
     half = fma(k, 0.5, SHIFT) - SHIFT
-    return (one + (((1.0 - one) + r) + q)) * power_of_two(half) * power_of_two(k - half)
+    return (one + (rest + q)) * power_of_two(half) * power_of_two(k - half)
 
 
 def of_exp(x) -> Any:
@@ -72,28 +63,20 @@ def logarithm(x) -> Any:
     high = m > 1.4142135623730951
     f = select(high, 0.5 * m, m) - 1.0
     k = k + select(high, 1.0, 0.0) + select(small, -54.0, 54.0)
-    below = 2.0 + f
-    s = f / below
-    s_low = (fma(-s, below, f) - s * ((2.0 - below) + f)) / below
-    z = s * s
-    z_low = fma(s, s, -z) + 2.0 * s * s_low
-    more = z * polynomial(z, _ARTANH)
-    w = _THIRD + more
-    w_low = ((_THIRD - w) + more) + _THIRD_LOW
-    cube = 2.0 * s * z
-    cube_low = fma(2.0 * s, z, -cube) + 2.0 * (s * z_low + s_low * z)
-    rest = cube * w
-    rest_low = fma(cube, w, -rest) + (cube * w_low + cube_low * w)
-    first = k * _LOG2
-    second = first + 2.0 * s
-    low = fma(k, _LOG2, -first) + k * _LOG2_LOW + ((first - second) + 2.0 * s)
-    low = low + (2.0 * s_low + rest_low)
-    total = second + rest
-    low = ((second - total) + rest) + low
-    found = total + low
-    infinite = (x == 0.0) | (x == inf)
+    s, s_low = divided(f, 0.0, *summed(2.0, f))
+    z, z_low = multiplied(s, s)
+    w, w_low = summed(_THIRD, z * polynomial(z, _ARTANH))
+    cube, cube_low = multiplied(2.0 * s, z)
+    cube_low = cube_low + 2.0 * (s * (z_low + 2.0 * s * s_low) + s_low * z)
+    rest, rest_low = multiplied(cube, w)
+    rest_low = rest_low + (cube * (w_low + _THIRD_LOW) + cube_low * w)
+    first, low = multiplied(k, _LOG2)
+    second, more = summed(first, 2.0 * s)
+    total, last = summed(second, rest)
+    low = last + (low + k * _LOG2_LOW + more + (2.0 * s_low + rest_low))
+    found, low = summed(total, low)
     found = select(x == 0.0, -inf, select(x == inf, inf, found))
-    return found, select(infinite, 0.0, (total - found) + low)
+    return found, select((x == 0.0) | (x == inf), 0.0, low)
 
 
 def of_log(x) -> Any:
@@ -110,8 +93,8 @@ def whole(x) -> Any:
 def of_pow(x, y) -> Any:
     """Return x^y."""
     size, low = logarithm(x)
-    found = y * size
-    low = select(abs(found) < 800.0, fma(y, size, -found) + y * low, 0.0)
+    found, more = multiplied(y, size)
+    low = select(abs(found) < 800.0, more + y * low, 0.0)
     found = exponential(found, low)
     steps, half = abs(y), 0.5 * abs(y)
     odd = (whole(steps) == steps) & (whole(half) != half)
@@ -126,15 +109,12 @@ def of_tanh(x) -> Any:
     size = abs(x)
     k, r, q = halved(select(size > 40.0, -80.0, -2.0 * size), 0.0)
     by = power_of_two(k)
-    less, r, q = by - 1.0, by * r, by * q
-    high = less + r
-    low = ((less - high) + r) + (q + (by - (less + 1.0)))
-    e = high + low  # exp(−2|x|) − 1
-    low = (high - e) + low
-    below = 2.0 + e
-    found = -e / below
-    found = found - ((fma(found, below, e) + found * (((2.0 - below) + e) + low)) + low) / below
-    found = abs(found)
+    less, missed = summed(-1.0, by)
+    high, low = summed(less, by * r)
+    e, low = summed(high, low + (by * q + missed))  # exp(−2|x|) − 1
+    below, rest = summed(2.0, e)
+    found, more = divided(e, low, below, rest + low)
+    found = abs(found + more)
     return select(exponent(x) > 1024.0, -found, found)
 
 

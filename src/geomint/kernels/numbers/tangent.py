@@ -23,14 +23,7 @@ from . import arithmetic, circular, exponential
 from .blocks import Block
 from .lanes import LANES, Lanes
 
-__all__ = [
-    "PARTIALS",
-    "Tangent",
-    "TangentBlock",
-    "as_tangents",
-    "tangent_block",
-    "tangent_lane_block",
-]
+__all__ = ["Tangent", "TangentBlock", "as_tangents", "tangent_block", "tangent_lane_block"]
 
 
 def _compared(relation: Callable[[Any, Any], Any]):

@@ -18,7 +18,7 @@ from numba.extending import (
 )
 
 from . import arithmetic, circular, exponential
-from .double_double import DoubleDoubleBlock
+from .double_double import DoubleDoubleBlock, multiplied
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE, is_plain
 
@@ -102,12 +102,6 @@ def _renormalised(s, e):
 
 
 @njit
-def _two_product(x, y):
-    p = x * y
-    return p, arithmetic.fma(x, y, -p)
-
-
-@njit
 def _add(x, y):
     s, e = _two_sum(_hi(x), _hi(y))
     t, f = _two_sum(_lo(x), _lo(y))
@@ -129,7 +123,7 @@ def _subtract(x, y):
 
 @njit
 def _multiply(x, y):
-    p, e = _two_product(_hi(x), _hi(y))
+    p, e = multiplied(_hi(x), _hi(y))
     e = e + (_hi(x) * _lo(y) + _lo(x) * _hi(y))
     return _renormalised(p, e)
 
@@ -137,7 +131,7 @@ def _multiply(x, y):
 @njit
 def _scaled(x, factor):
     """X times a number of its base."""
-    p, e = _two_product(_hi(x), factor)
+    p, e = multiplied(_hi(x), factor)
     return _renormalised(p, e + _lo(x) * factor)
 
 
@@ -155,7 +149,7 @@ def _divide(x, y):
 @njit
 def _square_root(x):
     s = arithmetic.sqrt(_hi(x))
-    p, e = _two_product(s, s)
+    p, e = multiplied(s, s)
     rest = _subtract(x, _pack(p, e))
     correction = arithmetic.select(s > 0.0, (0.5 * _hi(rest)) / s, 0.0 * s)
     return _renormalised(s, correction)
@@ -191,7 +185,7 @@ def _sine_of(x, shift):
     k = _nearest_integer(_hi(x) * 0.6366197723675814)
     r = x
     for part in _HALF_PI:
-        p, e = _two_product(-k, part + 0.0 * k)
+        p, e = multiplied(-k, part + 0.0 * k)
         r = _add(r, _pack(p, e))
     r2 = _multiply(r, r)
     sine = _multiply(r, _taylor(r2, 1))
@@ -235,7 +229,7 @@ def _exponential(x):
     k, one = _nearest_integer(hi * 1.4426950408889634), _constant(1.0, x)
     r = _pack(hi, arithmetic.select(hi == _hi(x), _lo(x), 0.0))
     for part in _LOG_TWO:
-        p, e = _two_product(-k, part + 0.0 * k)
+        p, e = multiplied(-k, part + 0.0 * k)
         r = _add(r, _pack(p, e))
     r = _scaled(r, arithmetic.like(0.0625, k))
     total = one

@@ -6,6 +6,7 @@ from numba.extending import overload
 
 from . import circular, exponential
 from .arithmetic import like, polynomial, top
+from .double_double import divided, multiplied, summed
 from .tangent import PARTIALS
 from .typing_lanes import LANE_VALUE, LANES, extract_lane, insert_lane, is_plain
 
@@ -55,7 +56,8 @@ def _inlined(source) -> None:
     overload(source, strict=False, jit_options={**_OPTIONS, "forceinline": True})(lambda *_: source)
 
 
-_inlined(polynomial)
+for _source in (summed, multiplied, divided, polynomial):
+    _inlined(_source)
 for _module in (circular, exponential):
     for _name, _source in list(vars(_module).items()):
         if getattr(_source, "__module__", None) == _module.__name__ and _source not in PARTIALS:
