@@ -13,7 +13,15 @@ import geomint as gi
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import derivative, value
 from geomint.problems.testproblems import henon_heiles
-from tests.problems import fast_rotor, fast_top, outer_solar_system, schwarzschild, spring_pendulum
+from tests.problems import (
+    fast_rotor,
+    fast_top,
+    morse,
+    outer_solar_system,
+    schwarzschild,
+    spring_pendulum,
+    toda,
+)
 
 HOLE = schwarzschild.problem()
 PROBLEMS = {
@@ -23,6 +31,8 @@ PROBLEMS = {
     "spring-pendulum": (spring_pendulum.problem(), spring_pendulum.INITIAL, 1.0),
     "fast-rotor": (fast_rotor.problem(), fast_rotor.INITIAL, 1.0),
     "fast-top": (fast_top.problem(), fast_top.initial(), 2.0),
+    "toda": (toda.problem(5), toda.initial(5), 20.0),
+    "morse": (morse.problem(), morse.INITIAL, 21.0),
 }
 
 
@@ -161,3 +171,28 @@ def test_a_hanging_spring_vibrates_harmonically(stiffness: float) -> None:
         end = gi.solve(problem, y0, t_end=t, step=t / 40, method=method).y[-1]
         exact = [0.0, -rest - 0.02 * np.cos(7.0), 0.0, 0.02 * stiffness * np.sin(7.0)]
         np.testing.assert_allclose(end, exact, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("state", [(-0.3, 0.4), (1.5, 0.0), (0.0, 1e-6), (0.2, -1.5)])
+@pytest.mark.parametrize("method", ["gauss-8", "verlet-10", "dop853"])
+def test_morse_moves_as_its_closed_solution(state: tuple[float, float], method: str) -> None:
+    problem, y0 = morse.problem(), np.array(state)
+    sol = gi.solve(problem, y0, t_end=30.0, step=0.02, method=method)
+    exact = morse.exact(problem, y0, sol.t)
+    size = np.abs(exact).max(axis=0)
+    assert np.max(np.abs(sol.y - exact) / (1e-15 + 2e-10 * size)) < 1.0
+    assert np.max(np.abs(morse.exact(problem, y0, np.zeros(1))[0] - y0)) < 1e-14
+
+
+@pytest.mark.parametrize("n", [3, 4, 6])
+def test_toda_keeps_its_integrals_and_is_not_chaotic(n: int) -> None:
+    """All exponents fall as log(t)/t."""
+    problem, y0 = toda.problem(n), toda.initial(n)
+    sol = gi.solve(problem, y0, t_end=500.0, step=0.1, method="gauss-8", observe="invariants")
+    assert set(sol.drift) == {"energy", "momentum", "cubic", "quartic"}
+    for name, drift in sol.drift.items():
+        assert drift.max_abs_error < 1e-12 * max(1.0, abs(value(problem, name, y0))), name
+    found = gi.lyapunov(problem, y0, t_end=500.0, step=0.1)
+    assert np.max(np.abs(found.exponents)) < 0.05
+    longer = gi.lyapunov(problem, y0, t_end=4000.0, step=0.1)
+    assert np.max(np.abs(longer.exponents)) < 0.3 * np.max(np.abs(found.exponents))

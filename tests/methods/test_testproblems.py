@@ -16,8 +16,10 @@ from tests.problems import (
     examples,
     frame_in_field,
     lotka_volterra,
+    morse,
     so_n_flow,
     spherical_pendulum,
+    toda,
 )
 
 
@@ -51,6 +53,8 @@ CASES = {
     },
     "neumann-seasons": (neumann.problem((1.0, 3.0, 2.2, 0.4), -0.6), neumann.initial(4)),
     "weak": (henon_heiles.problem(0.3), henon_heiles.INITIAL),
+    "toda-5": (toda.problem(5, 0.7), toda.initial(5)),
+    "deep": (morse.problem(4.0, 0.5), morse.INITIAL),
     "seasons": (lotka_volterra.problem(0.8, 3.0), lotka_volterra.INITIAL),
 }
 TIMES = {  # in which much happens, where that is not 1

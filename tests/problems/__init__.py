@@ -17,11 +17,13 @@ from . import (
     fast_top,
     frame_in_field,
     lotka_volterra,
+    morse,
     outer_solar_system,
     schwarzschild,
     so_n_flow,
     spherical_pendulum,
     spring_pendulum,
+    toda,
 )
 
 __all__ = ["examples"]
@@ -48,4 +50,6 @@ def examples() -> list[tuple[Problem, Array]]:
         (spring_pendulum.problem(), spring_pendulum.INITIAL),
         (fast_rotor.problem(), fast_rotor.INITIAL),
         (fast_top.problem(), fast_top.initial()),
+        (toda.problem(), toda.initial()),
+        (morse.problem(), morse.INITIAL),
     ]

@@ -105,12 +105,11 @@ def of_our_own(function, source: Callable[..., Any], *numbers, library: Any = No
     if not is_float64(*numbers):
         return elementwise(function, *numbers)
     x, *more = (v if isinstance(v, np.ndarray) else np.float64(v) for v in numbers)
-    if library is None or np.all(near := abs(x) <= far):
+    if library is None or np.all(abs(x) <= far):
         return source(x, *more)
-    beyond = np.array([math.nan if np.isinf(v) else library(v) for v in np.ravel(x)])
-    if not isinstance(x, np.ndarray):
-        return beyond[0]
-    return select(near, source(select(near, x, 0.0)), beyond)
+    if isinstance(x, np.ndarray):
+        return np.array([function(v) for v in x]).view(type(x))
+    return np.float64(NAN if np.isinf(x) else library(x))
 
 
 def sqrt(x) -> Any:

@@ -156,63 +156,12 @@ def _square_root(x):
 
 
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
-_TERMS = 14
+_LOG_TWO = (0.6931471805599453, 2.3190468138462996e-17, 5.707708438416212e-34)
 
 
 @njit
 def _nearest_integer(x):
-    shifter = 6755399441055744.0  # 1.5 · 2⁵²: adding it rounds to an integer
-    return (x + shifter) - shifter
-
-
-@njit
-def _taylor(r2, first):
-    """Σ (−r²)^k / ((first + 1) … (first + 2k)), Horner's way."""
-    total = _pack(1.0 + 0.0 * _hi(r2), 0.0 * _hi(r2))
-    one = total
-    for back in range(_TERMS):
-        k = _TERMS - back
-        divisor = float((first + 2 * k - 1) * (first + 2 * k))
-        term = _multiply(r2, total)
-        quotient = _divide(term, _pack(divisor + 0.0 * _hi(r2), 0.0 * _hi(r2)))
-        total = _subtract(one, quotient)
-    return total
-
-
-@njit
-def _sine_of(x, shift):
-    """Sine of ``x + shift π/2``, for x up to about 1e9 in size."""
-    k = _nearest_integer(_hi(x) * 0.6366197723675814)
-    r = x
-    for part in _HALF_PI:
-        p, e = multiplied(-k, part + 0.0 * k)
-        r = _add(r, _pack(p, e))
-    r2 = _multiply(r, r)
-    sine = _multiply(r, _taylor(r2, 1))
-    cosine = _taylor(r2, 0)
-    quadrant = k + shift
-    quadrant = quadrant - 4.0 * _nearest_integer(quadrant * 0.25 - 0.375)
-    odd = (quadrant - 1.0) * (quadrant - 3.0) * (quadrant + 1.0) == 0.0
-    hi = arithmetic.select(odd, _hi(cosine), _hi(sine))
-    lo = arithmetic.select(odd, _lo(cosine), _lo(sine))
-    flip = (quadrant - 2.0) * (quadrant - 3.0) * (quadrant + 1.0) == 0.0
-    return _pack(arithmetic.select(flip, -hi, hi), arithmetic.select(flip, -lo, lo))
-
-
-@njit
-def _absolute(x):
-    negative = _hi(x) < 0.0
-    return _pack(
-        arithmetic.select(negative, -_hi(x), _hi(x)), arithmetic.select(negative, -_lo(x), _lo(x))
-    )
-
-
-@njit
-def _tangent(x):
-    return _divide(_sine_of(x, 0.0), _sine_of(x, 1.0))
-
-
-_LOG_TWO = (0.6931471805599453, 2.3190468138462996e-17, 5.707708438416212e-34)
+    return (x + arithmetic.SHIFT) - arithmetic.SHIFT
 
 
 @njit
@@ -222,24 +171,61 @@ def _constant(number, x):
 
 
 @njit
+def _rest(x, k, parts):
+    """Return x − k times a sum of numbers."""
+    for part in parts:
+        p, e = multiplied(-k, part + 0.0 * k)
+        x = _add(x, _pack(p, e))
+    return x
+
+
+@njit
+def _taylor(x, first, step, terms):
+    """Σ x^k / ((first + 1) … (first + step k)), step 1 or 2, Horner's way."""
+    total = _constant(1.0, x)
+    one = total
+    for back in range(terms):
+        last = first + step * (terms - back)
+        divisor = _constant(float(last if step == 1 else last * (last - 1)), x)
+        total = _add(one, _divide(_multiply(x, total), divisor))
+    return total
+
+
+@njit
+def _sine_of(x, shift):
+    """Sine of ``x + shift π/2``, for x up to about 1e9 in size."""
+    k = _nearest_integer(_hi(x) * 0.6366197723675814)
+    r = _rest(x, k, _HALF_PI)
+    square = _negate(_multiply(r, r))
+    n = circular.rest_of(k + shift)
+    sine = _multiply(r, _taylor(square, 1, 2, 14))
+    odd = (n - 1.0) * (n - 3.0) == 0.0
+    found = arithmetic.select(odd, _taylor(square, 0, 2, 14), sine)
+    return arithmetic.select(n > 1.5, _negate(found), found)
+
+
+@njit
+def _absolute(x):
+    return arithmetic.select(_hi(x) < 0.0, _negate(x), x)
+
+
+@njit
+def _tangent(x):
+    return _divide(_sine_of(x, 0.0), _sine_of(x, 1.0))
+
+
+@njit
 def _exponential(x):
     """By ``x = k log 2 + r``, the Taylor series of E = exp(r/16) − 1, and E ↦ E (2 + E)."""
-    hi = arithmetic.select(_hi(x) > 710.0, 710.0, _hi(x))
-    hi = arithmetic.select(hi < -746.0, -746.0, hi)
-    k, one = _nearest_integer(hi * 1.4426950408889634), _constant(1.0, x)
-    r = _pack(hi, arithmetic.select(hi == _hi(x), _lo(x), 0.0))
-    for part in _LOG_TWO:
-        p, e = multiplied(-k, part + 0.0 * k)
-        r = _add(r, _pack(p, e))
-    r = _scaled(r, arithmetic.like(0.0625, k))
-    total = one
-    for back in range(18):
-        total = _add(one, _divide(_multiply(r, total), _constant(19.0 - back, x)))
-    total = _multiply(r, total)
+    most, least = _constant(710.0, x), _constant(-746.0, x)
+    x = arithmetic.select(_hi(x) > 710.0, most, arithmetic.select(_hi(x) < -746.0, least, x))
+    k = _nearest_integer(_hi(x) * 1.4426950408889634)
+    r = _scaled(_rest(x, k, _LOG_TWO), arithmetic.like(0.0625, k))
+    total = _multiply(r, _taylor(r, 1, 1, 18))
     for _ in range(4):
         total = _multiply(total, _add(_constant(2.0, x), total))
     half = _nearest_integer(0.5 * k)
-    found = _scaled(_add(one, total), arithmetic.power_of_two(half))
+    found = _scaled(_add(_constant(1.0, x), total), arithmetic.power_of_two(half))
     return _scaled(found, arithmetic.power_of_two(k - half))
 
 
@@ -257,17 +243,16 @@ def _power(x, y):
     """Signs, zeros and what is no number are those of float64."""
     rough = exponential.pow(_hi(x), _hi(y))
     found = _exponential(_multiply(y, _logarithm(_absolute(x))))
-    found = _scaled(found, arithmetic.select(rough < 0.0, -1.0, 1.0) + 0.0 * _hi(x))
+    found = arithmetic.select(rough < 0.0, _negate(found), found)
     known = (_hi(x) == 0.0) | (rough != rough)
-    hi, lo = arithmetic.select(known, rough, _hi(found)), arithmetic.select(known, 0.0, _lo(found))
-    return _pack(hi, lo)
+    return arithmetic.select(known, _pack(rough, 0.0 * _hi(x)), found)
 
 
 @njit
 def _hyperbolic_tangent(x):
     one, e = _constant(1.0, x), _exponential(_scaled(_absolute(x), arithmetic.like(-2.0, _hi(x))))
     found = _divide(_subtract(one, e), _add(one, e))
-    return _scaled(found, arithmetic.select(_hi(x) < 0.0, -1.0, 1.0) + 0.0 * _hi(e))
+    return arithmetic.select(_hi(x) < 0.0, _negate(found), found)
 
 
 @njit
