@@ -20,7 +20,7 @@ from geomint.kernels.numbers.tangent import PARTIALS, Tangent
 
 pytestmark = pytest.mark.nojit
 
-BOUNDS = {gi.sin: 0.76, gi.cos: 0.76, gi.tan: 0.9, gi.atan2: 0.6, gi.tanh: 0.6}
+BOUNDS = {gi.sin: 0.76, gi.cos: 0.76, gi.tan: 0.76, gi.atan2: 0.6, gi.tanh: 0.65}
 BOUNDS |= {gi.exp: 0.76, gi.log: 0.51, gi.pow: 0.8}
 LARGEST, TINY = 1.7976931348623157e308, 5e-324
 INF, NAN = math.inf, math.nan

@@ -131,12 +131,13 @@ def exponent(x) -> Any:
     return found.view(type(x)) if isinstance(x, np.ndarray) else found
 
 
-def polynomial(x, coefficients: tuple[float, ...]) -> Any:
-    """Return Σ c_k x^k, Horner's way, by fused multiply-adds."""
-    total = fma(x, coefficients[-1], coefficients[-2])
-    for k in range(len(coefficients) - 3, -1, -1):
-        total = fma(total, x, coefficients[k])
-    return total
+def polynomial(x, c: tuple[float, ...]) -> Any:
+    """Return Σ c_k x^k of four terms or more, by two of Horner's chains beside each other."""
+    square = x * x
+    first, second = fma(square, c[-1], c[-3]), fma(square, c[-2], c[-4])
+    for k in range(len(c) - 5, -1, -1):
+        first, second = second, fma(first, square, c[k])
+    return fma(first, x, second)
 
 
 def maximum(x, y) -> Any:
