@@ -126,6 +126,21 @@ def step_cost() -> str:
     return _table([*heads, "ns an evaluation"], rows)
 
 
+def elementary() -> str:
+    """Return errors and costs of elementary functions."""
+    heads = ["function", "largest error (ulp)", "one at a time (ns)", "eight at once (ns)"]
+    heads += ["C library, one at a time (ns)", "its error (ulp)", "numpy (ns)"]
+    rows = [
+        [
+            f"`gi.{name}`",
+            *(f"{row['largest_error']:.2f}", f"{row['one']:.0f}", f"{row['eight']:.1f}"),
+            *(f"{row['library']:.0f}", f"{row['library_error']:.2f}", f"{row['numpy']:.1f}"),
+        ]
+        for name, row in result("elementary")["rows"].items()
+    ]
+    return _table(heads, rows)
+
+
 def main_job() -> str:
     """Return what the drift report of the ball costs."""
     record = result("observer_loop")
@@ -765,6 +780,8 @@ def substitutions() -> dict[str, str]:
         "kernel_limits_machine": measured_on(result("kernel_limits")),
         "step_cost": step_cost(),
         "step_cost_machine": measured_on(result("step_cost")),
+        "elementary": elementary(),
+        "elementary_machine": measured_on(result("elementary")),
         "main_job": main_job(),
         "main_job_machine": measured_on(result("observer_loop")),
         "methods_ball": methods("ball"),

