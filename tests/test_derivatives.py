@@ -132,8 +132,8 @@ def needs_derivatives(name: str) -> gi.Problem:
     def cubed(params, t, y, out, work):
         out[0] = -(y[0] ** 3)
 
-    def exponential(params, t, y, out, work):
-        out[0] = -math.exp(y[0])
+    def inverse(params, t, y, out, work):
+        out[0] = -math.asinh(y[0])
 
     def rest(params, t, y, out, work):
         out[0] = -(y[0] % 2.0)
@@ -141,11 +141,11 @@ def needs_derivatives(name: str) -> gi.Problem:
     def rounded(params, t, y, out, work):
         out[0] = -float(y[0])
 
-    f = {"**": cubed, "exp": exponential, "mod": rest, "float": rounded}[name]
+    f = {"**": cubed, "asinh": inverse, "mod": rest, "float": rounded}[name]
     return gi.Problem("plain", (("x", 1),), field=gi.field(f))
 
 
-@pytest.mark.parametrize("name", ["**", "exp", "mod", "float"])
+@pytest.mark.parametrize("name", ["**", "asinh", "mod", "float"])
 def test_functions_without_derivatives(name: str) -> None:
     """What takes plain numbers alone runs; its derivatives are refused, and the place is told."""
     problem = needs_derivatives(name)
@@ -154,7 +154,7 @@ def test_functions_without_derivatives(name: str) -> None:
         with pytest.raises(gi.DeclarationError, match=r"TypeError: .*derivatives .*test_deriv"):
             gi.jacobian(problem, [0.7], by=by)
     if name == "**":
-        with pytest.raises(gi.DeclarationError, match=r"write products, or gi\.sqrt \("):
+        with pytest.raises(gi.DeclarationError, match=r"write products, or gi\.pow\(x, y\) \("):
             gi.jacobian(problem, [0.7])
     with pytest.raises(gi.DeclarationError, match=r"no (numbers with )?derivatives"):
         gi.tangent_flow(problem, [0.7], t_end=0.1, step=0.05, method="rk-4")

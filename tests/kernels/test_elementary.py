@@ -152,7 +152,7 @@ def test_any_numbers(x: float, y: float) -> None:
         u, v = mpmath.mpf(x), mpmath.mpf(y)
         assert error(gi.exp(x), exact(gi.exp)(max(min(u, 1e4), -1e4))) < 1.0
         assert error(gi.tanh(x), exact(gi.tanh)(max(min(u, 1e4), -1e4))) < 1.0
-        if x or y:
+        if x:  # there is no −0 of many digits
             assert error(gi.atan2(x, y), exact(gi.atan2)(u, v)) < 1.0
         if x > 0.0:
             assert error(gi.log(x), exact(gi.log)(u)) < 1.0

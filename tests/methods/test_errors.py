@@ -470,7 +470,7 @@ def selecting(params, t, y, out, work):
 
 
 def scalar_function(params, t, y, out, work):
-    work[0] = math.atan2(y[0], 1.0 + t * t)
+    work[0] = math.atan(y[0] / (1.0 + t * t))
     out[0] = y[1]
     out[1] = -params[0] * work[0]
 

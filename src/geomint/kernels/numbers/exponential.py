@@ -137,8 +137,8 @@ def log(x) -> Any:
 def pow(x, y) -> Any:
     """Return x^y; NaN for x < 0 and y that is not whole, and 1 for y = 0, as in C99.
 
-    Errors are below 0.7 units in the last place. The derivative by x is y x^(y − 1), at 0 as well; that by y
-    is NaN where x < 0, for only whole y have powers there, and −inf at 0⁰.
+    Errors are below 0.7 units in the last place. The derivative by x is y x^(y − 1), at 0 as well; that
+    by y is NaN where x < 0, for only whole y have powers there, and −inf at 0⁰.
     """
     return of_our_own(pow, of_pow, x, y)
 
