@@ -10,6 +10,7 @@ import geomint as gi
 from geomint.compare import reference
 from geomint.compare.reference import reference_solution
 from geomint.compare.reference_record import place_of
+from tests.problems import morse
 
 
 @gi.field
@@ -57,6 +58,21 @@ def test_non_autonomous_pendulum_against_mpmath(forget):
         )
         truth = np.array([float(v) for v in solution(5)])
     np.testing.assert_allclose(found.y, truth, rtol=2**-52, atol=0)
+
+
+def test_exponential_forces_to_the_last_bit(forget):
+    """Morse's oscillator against its closed solution, in 50 digits."""
+    found = reference_solution(morse.problem(), morse.INITIAL, 20.0)
+    with mp.workdps(50):
+        depth, a = (mp.mpf(x) for x in morse.problem().params)
+        q, p = (mp.mpf(x) for x in morse.INITIAL)
+        u = mp.exp(a * q)
+        h = p**2 / 2 + depth * (1 - 1 / u) ** 2
+        omega, size = a * mp.sqrt(2 * (depth - h)), mp.sqrt(depth * h)
+        angle = 20 * omega + mp.atan2(-a * u * p * (depth - h) / omega, u * (depth - h) - depth)
+        u = (depth + size * mp.cos(angle)) / (depth - h)
+        truth = [mp.log(u) / a, -omega * size * mp.sin(angle) / (depth - h) / (a * u)]
+    np.testing.assert_allclose(found.y, [float(x) for x in truth], rtol=2**-52, atol=0)
 
 
 def test_second_time_comes_from_disk(forget, monkeypatch):

@@ -14,7 +14,7 @@ import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded, helper
-from geomint.kernels.numbers.arithmetic import epsilon, lane, like, name_of, top, total
+from geomint.kernels.numbers.arithmetic import epsilon, lane, like, top, total
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES, Lanes
 from geomint.kernels.numbers.tangent import PARTIALS
@@ -137,9 +137,7 @@ OPERATIONS = {
     "negative": lambda x, y, z: -x,
     "positive": lambda x, y, z: +x,
     "abs": lambda x, y, z: abs(x),
-    "np.abs": lambda x, y, z: np.abs(x),
     "sqrt": lambda x, y, z: gi.sqrt(x),
-    "np.sqrt": lambda x, y, z: np.sqrt(x),
     "sin": lambda x, y, z: gi.sin(x),
     "cos": lambda x, y, z: gi.cos(x),
     "tan": lambda x, y, z: gi.tan(x),
@@ -297,14 +295,15 @@ def test_functions_of_plain_numbers() -> None:
     assert gi.log(0.0) == -math.inf
     assert math.isnan(gi.log(-1.0))
     assert gi.log(math.inf) == math.inf
-    for function, partials in PARTIALS.items():
-        thirds = [third] * len(partials)
+    for function in PARTIALS:
+        count = function.__code__.co_argcount
+        thirds = [third] * count
         value = function(*thirds)
         assert value.dtype == np.longdouble
         assert function(*(Lanes([x, x]) for x in thirds))[1] == value
         with mp.workdps(40):
-            exact = [mp.mpf(1) / 3] * len(partials)
-            digits = getattr(mp, name_of(function))(*exact)
+            exact = [mp.mpf(1) / 3] * count
+            digits = getattr(mp, function.__name__, mp.power)(*exact)
             assert function(*exact) == digits
             assert function(*(Lanes(np.array([x], dtype=object)) for x in exact))[0] == digits
             assert function(exact[0], *(0.25 for _ in exact[1:])).context is mp

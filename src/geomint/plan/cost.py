@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.numbers.blocks import Block
-from ..kernels.numbers.tangent import PARTIALS
-from ..kernels.numbers.traced import Algebra, Traced
+from ..kernels.numbers.traced import OWN, Algebra, Traced
 from ..problems.declaration import check_form
 from ..problems.forms import GroupAction, Hamiltonian, Splitting
 from ..problems.problem import Problem
@@ -38,10 +36,7 @@ class _Tally(Algebra):
 
     def __init__(self) -> None:
         super().__init__(
-            SimpleNamespace(**{f.__name__: f for f in PARTIALS}),
-            operator.lt,
-            operator.le,
-            lambda condition, x, y: x if condition else y,
+            OWN, operator.lt, operator.le, lambda condition, x, y: x if condition else y
         )
         self.count = 0
 

@@ -73,15 +73,10 @@ def fma(x, y, z) -> Any:
     return np.float64(_fma_float(float(x), float(y), float(z)))
 
 
-def name_of(function: Callable[..., Any]) -> str:
-    """Return what an elementary function is called by kinds of numbers."""
-    return {"pow": "power"}.get(function.__name__, function.__name__)
-
-
 def of_numpy(function: Callable[..., Any]) -> Any:
     """Return numpy's elementary function of that name."""
-    name = name_of(function)
-    return getattr(np, {"atan2": "arctan2"}.get(name, name))
+    name = function.__name__
+    return getattr(np, {"pow": "power", "atan2": "arctan2"}.get(name, name))
 
 
 @np.errstate(all="ignore")
@@ -92,7 +87,8 @@ def elementwise(function: Callable[..., Any], *numbers) -> Any:
     if objects and not any(hasattr(x, "chosen") for x in numbers):
         return np.frompyfunc(function, len(numbers), 1)(*numbers)
     if own:
-        return getattr(own[0], name_of(function))(*numbers)
+        found = getattr(own[0], function.__name__, None)
+        return (found or own[0].power)(*numbers)  # mpmath has no pow
     return of_numpy(function)(*numbers)
 
 
@@ -105,7 +101,7 @@ def of_our_own(function, source: Callable[..., Any], *numbers, library: Any = No
     if not is_float64(*numbers):
         return elementwise(function, *numbers)
     x, *more = (v if isinstance(v, np.ndarray) else np.float64(v) for v in numbers)
-    if library is None or np.all(abs(x) <= far):
+    if library is None or (abs(x) <= far).all():
         return source(x, *more)
     if isinstance(x, np.ndarray):
         return np.array([function(v) for v in x]).view(type(x))

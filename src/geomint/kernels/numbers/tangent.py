@@ -193,54 +193,43 @@ def _value(x):
 
 def _of_tanh(f, x) -> Any:
     e = exponential.exp(-2.0 * abs(x))  # 1 − tanh² would lose its digits
-    return 4.0 * e / ((1.0 + e) * (1.0 + e))
+    return (4.0 * e / ((1.0 + e) * (1.0 + e)),)
 
 
-def _of_base(f, x, y) -> Any:
-    constant = (x == 0.0) & (y == 0.0)
-    return y * arithmetic.select(constant, 0.0, exponential.pow(x, y - 1.0))
-
-
-def _of_power(f, x, y) -> Any:
+def _of_pow(f, x, y) -> Any:
     base = x + 0.0 * y  # a constant gets the digits of the exponent
-    return arithmetic.select((x == 0.0) & (y > 0.0), 0.0, f * exponential.log(base))
+    by_power = arithmetic.select((x == 0.0) & (y > 0.0), 0.0, f * exponential.log(base))
+    constant = (x == 0.0) & (y == 0.0)
+    return y * arithmetic.select(constant, 0.0, exponential.pow(x, y - 1.0)), by_power
 
 
-def _of_height(f, y, x) -> Any:
+def _of_atan2(f, y, x) -> Any:
     size = arithmetic.maximum(abs(x), abs(y))  # squares of the numbers may be too large or small
     x, y = x / size, y / size
-    return x / (x * x + y * y) / size
-
-
-def _of_width(f, y, x) -> Any:
-    size = arithmetic.maximum(abs(x), abs(y))
-    x, y = x / size, y / size
-    return -y / (x * x + y * y) / size
+    square = x * x + y * y
+    return x / square / size, -y / square / size
 
 
 # The derivatives of elementary functions by each number, of the value f and the numbers.
-PARTIALS: dict[Any, tuple[Callable[..., Any], ...]] = {
-    arithmetic.sqrt: (lambda f, x: 0.5 / f,),
-    exponential.exp: (lambda f, x: f,),
-    exponential.log: (lambda f, x: 1.0 / x,),
-    exponential.pow: (_of_base, _of_power),
-    exponential.tanh: (_of_tanh,),
-    circular.sin: (lambda f, x: circular.cos(x),),
-    circular.cos: (lambda f, x: -circular.sin(x),),
-    circular.tan: (lambda f, x: 1.0 + f * f,),
-    circular.atan2: (_of_height, _of_width),
+PARTIALS: dict[Any, Callable[..., tuple[Any, ...]]] = {
+    arithmetic.sqrt: lambda f, x: (0.5 / f,),
+    exponential.exp: lambda f, x: (f,),
+    exponential.log: lambda f, x: (1.0 / x,),
+    exponential.pow: _of_pow,
+    exponential.tanh: _of_tanh,
+    circular.sin: lambda f, x: (circular.cos(x),),
+    circular.cos: lambda f, x: (-circular.sin(x),),
+    circular.tan: lambda f, x: (1.0 + f * f,),
+    circular.atan2: _of_atan2,
 }
 
 
-def _elementary(function, partials: tuple[Callable[..., Any], ...]) -> Any:
+def _elementary(function, partials: Callable[..., tuple[Any, ...]]) -> Any:
     def of_tangents(*numbers) -> Tangent:
         values = [_value(x) for x in numbers]
         f = function(*values)
-        slopes = [
-            _times(partial(f, *values), x.slopes)
-            for partial, x in zip(partials, numbers, strict=True)
-            if isinstance(x, Tangent)
-        ]
+        pairs = zip(partials(f, *values), numbers, strict=True)
+        slopes = [_times(by, x.slopes) for by, x in pairs if isinstance(x, Tangent)]
         return Tangent(f, functools.reduce(operator.add, slopes))
 
     return staticmethod(of_tangents)
@@ -253,7 +242,7 @@ class _Functions:
 
 
 for _function, _partials in PARTIALS.items():
-    setattr(_Functions, arithmetic.name_of(_function), _elementary(_function, _partials))
+    setattr(_Functions, _function.__name__, _elementary(_function, _partials))
 
 
 class TangentBlock(Block):

@@ -10,10 +10,12 @@ import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partialmethod
+from types import SimpleNamespace
 from typing import Any
 
-from .arithmetic import name_of
 from .tangent import PARTIALS
+
+OWN = SimpleNamespace(**{f.__name__: f for f in PARTIALS})
 
 
 @dataclass
@@ -41,7 +43,7 @@ class Algebra:
 
 
 for _function in PARTIALS:
-    setattr(Algebra, name_of(_function), partialmethod(Algebra._of, _function.__name__))
+    setattr(Algebra, _function.__name__, partialmethod(Algebra._of, _function.__name__))
 
 
 def _both(operation: Callable[[Any, Any], Any]) -> tuple[Any, Any]:

@@ -32,7 +32,7 @@ def _own(function, source) -> None:
     def of_two(x, y):
         return source(like(1.0 * x, y), like(1.0 * y, x))
 
-    code = of_one if len(PARTIALS[function]) == 1 else of_two
+    code = of_one if function.__code__.co_argcount == 1 else of_two
     _elementary(function, code, code)
 
 

@@ -8,7 +8,6 @@ import math
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast
@@ -277,22 +276,11 @@ _total = _fold(lambda builder, x, y: builder.fadd(x, y))
 _top = _fold(emit_larger)
 
 
-def _overload_unary(function, vector, scalar=None) -> None:
-    """Let `function` take lane values, and plain numbers too where `scalar` says what to call."""
-
-    @overload(function, inline="always")
-    def choose(x):
-        if x == LANE_VALUE:
-            return lambda x: vector(x)
-        if scalar is not None and is_plain(x):
-            return lambda x: scalar(x)
-        return None
-
-
-_overload_unary(math.sqrt, _vector_sqrt)
-_overload_unary(np.sqrt, _vector_sqrt)
-_overload_unary(np.abs, _vector_abs)
-_overload_unary(arithmetic.sqrt, _vector_sqrt, math.sqrt)
+@overload(arithmetic.sqrt, inline="always")
+def _overload_sqrt(x):
+    if x == LANE_VALUE:
+        return lambda x: _vector_sqrt(x)
+    return (lambda x: math.sqrt(x)) if is_plain(x) else None
 
 
 @overload(abs)

@@ -376,25 +376,22 @@ def _of_tangents(function, compiled) -> None:
         return None if _joined(*numbers) is None else compiled
 
 
-def _elementary(function, partials) -> Any:
-    first, *more = (njit(error_model="numpy")(partial) for partial in partials)
+def _elementary(function, source) -> Any:
+    partials = njit(error_model="numpy")(source)
 
     def of_one(x):
         value = arithmetic.plain(x)
         f = function(value)
-        return _valued(first(f, value) * x, f)
-
-    if not more:
-        return of_one
-    (second,) = more
+        return _valued(partials(f, value)[0] * x, f)
 
     def of_two(x, y):
         value, other = 1.0 * arithmetic.plain(x), 1.0 * arithmetic.plain(y)
         value, other = arithmetic.like(value, other), arithmetic.like(other, value)
         f = function(value, other)
-        return _valued(first(f, value, other) * x + second(f, value, other) * y, f)
+        first, second = partials(f, value, other)
+        return _valued(first * x + second * y, f)
 
-    return of_two
+    return of_one if function.__code__.co_argcount == 1 else of_two
 
 
 for _function, _partials in PARTIALS.items():
