@@ -914,3 +914,12 @@ def test_fields_of_systems_are_formulas():
         if problem.field is not None:
             sizes = {"y": problem.rows, "out": problem.rows}
             assert is_formula(problem, problem.field, FIELD, sizes), name
+
+
+def test_fields_of_elementary_functions_are_formulas():
+    def field(params, t, y, out, work):
+        out[0] = gi.exp(y[0]) + gi.log(y[1]) + gi.pow(y[0], y[1]) + gi.pow(2.0, t) + gi.sqrt(y[0])
+        out[1] = gi.sin(t) + gi.cos(y[0]) + gi.tan(y[1]) + gi.tanh(y[0]) + gi.atan2(1.0, y[1])
+
+    problem = gi.Problem("many", (("x", 2),), field=gi.field(field))
+    assert is_formula(problem, problem.field, FIELD, {"y": 2, "out": 2})

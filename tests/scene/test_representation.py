@@ -7,6 +7,7 @@ import chaplygin as ch
 import geomint as gi
 from geomint.plan.cost import Cost, cost_of
 from geomint.problems.evaluate import value
+from tests.problems import toda
 
 FREE = {  # no SO(n−1)-momentum: the ball has a reduction to T*S^(n−1)
     "system": {"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.4], "D": 4.0, "attitude": True},
@@ -185,6 +186,8 @@ def test_costs_are_counted():
     problem = gi.Problem(name="some", pieces=(("q", 1), ("v", 1)), params=[3.0], field=oscillator)
     assert cost_of(problem, "field", np.array([0.5, 2.0])) == Cost(2, 5)
     assert cost_of(problem, "field", np.zeros(2)) == Cost(2, 5)
+    lattice = toda.problem(3)  # a difference, a product and exp a spring; differences of forces
+    assert cost_of(lattice, "field", toda.initial(3)) == Cost(6, 3 + 4 * 3 + 3)
 
 
 def test_costs_do_not_depend_on_the_state_and_grow_with_the_dimension():
