@@ -194,6 +194,50 @@ def test_options_that_make_no_sense(given: dict) -> None:
 
 
 @each
+@pytest.mark.filterwarnings("ignore:steps of")  # where it turns
+@pytest.mark.parametrize("span", [(0.0, 10.0), (100.0, 200.0), (3.0, 0.1), (-0.1, 1e-3)], ids=str)
+def test_the_function_is_asked_within_the_run(name: str, span: tuple[float, float]) -> None:
+    """Of a slow motion with long first steps, and one that turns; however steps are given."""
+    length = abs(span[1] - span[0])
+    ways = ({}, {"max_step": length / 3}, {"step": length / 37}, {"first_step": 0.3 * length})
+    for rate, kink in ((1e-3, span[0]), (1 / length, sum(span) / 2)):
+        for given in ways:
+            asked = []
+
+            def f(t, y, rate=rate, kink=kink, asked=asked):
+                asked.append(float(t))
+                return rate * (abs(t - kink) - y)
+
+            sol = solve_ivp(f, span, [1.0], METHODS[name], dense_output=True, **given)
+            assert sol.success
+            assert sol.t[-1] == span[1]
+            sol.sol(np.linspace(*span, 11))
+            assert min(span) <= min(asked)
+            assert max(asked) <= max(span)
+    with pytest.raises(gi.DomainError, match="a time within"):
+        sol.sol(span[1] + (span[1] - span[0]))
+
+
+@each
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value", "ignore:divide")
+def test_where_no_step_serves_that_is_told(name: str) -> None:
+    """A layer of 1e-38, ends that no steps get to: never another value with success."""
+    method = METHODS[name]
+    layer = solve_ivp(lambda t, y: 1e50 / y, (1.0, 2.0), [1e6], method=method, rtol=1e-6)
+    assert not layer.success
+    far = solve_ivp(lambda t, y: -y, (0.0, 1e100), [1.0], method=method)
+    assert not far.success
+    assert "step" in far.message
+    for span, given in (((0.0, np.inf), {}), ((0.0, np.nan), {}), ((0.0, 1.0), {"step": 1e-30})):
+        with pytest.raises(gi.DomainError, match="span"):
+            solve_ivp(lambda t, y: -y, span, [1.0], method=method, **given)
+    ends = lambda t, y: y[0] - 0.5  # noqa: E731
+    ends.terminal = True
+    open_end = solve_ivp(lambda t, y: -y, (0, np.inf), [1.0], method, events=ends, step=0.1)
+    assert open_end.t[-1] == pytest.approx(np.log(2), rel=1e-3)
+
+
+@each
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value", "ignore:divide")
 def test_failures_are_told_as_scipy_does(name: str) -> None:
     """Blow-up in finite time, at t = 1; a function that is not finite from some time on."""

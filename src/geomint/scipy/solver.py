@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver
 
-from ..arguments import positive
+from ..arguments import MOST, positive
 from ..errors import ConvergenceError, DomainError, SpeedWarning, tell
 from .step_choice import Watched, chosen_step, tolerances
-from .steps import ITERATIONS, NOT_FINITE, OK, REASONS, added, compiled
+from .steps import ITERATIONS, NOT_FINITE, OK, REASONS, TOO_SHORT, added, compiled
 
 __all__ = ["FixedStep"]
 
@@ -18,7 +18,8 @@ __all__ = ["FixedStep"]
 class FixedStep(OdeSolver):
     """Base of the methods here: steps of one length, for `scipy.integrate.solve_ivp`.
 
-    Its options are those of `geomint.scipy`. Complex states are taken.
+    Its options are those of `geomint.scipy`. Complex states are taken. The function is asked for times
+    from `t0` to `t_bound` alone.
 
     Raises
     ------
@@ -49,22 +50,28 @@ class FixedStep(OdeSolver):
         if step is not None and first_step is not None:
             raise DomainError("first_step", first_step, "None: step= is another name of it")
         self.tables = self.coefficients()
-        self._use(fun)
         self.begin, self.done = float(t0), 0
+        self._use(fun)
         self.carry = np.zeros_like(self.y)
         self.increments: Any = None
-        span = abs(t_bound - t0)
+        span = abs(t_bound - self.begin)
+        if math.isnan(span):
+            raise DomainError("t_span", (t0, t_bound), "two times")
         name, given = ("step", step) if first_step is None else ("first_step", first_step)
         self._watched: Watched | None = None
         if given is not None:
             self.h = min(positive(name, given), max_step)
+            if MOST * self.h < span < math.inf:
+                raise DomainError(name, given, f"a step that spans {span:g} in fewer than 2⁵³ steps")
         elif span == 0.0 or self.n == 0:
             self.h = 1.0
+        elif math.isinf(span):
+            raise DomainError("t_span", (t0, t_bound), "a run of finite length, or step=…")
         else:
             allowed = tolerances(rtol, atol, self.n)
-            self.h = chosen_step(self, min(span, max_step), *allowed)
+            h = chosen_step(self, min(span, max_step), *allowed)
             self._watched = Watched(allowed)
-            self.h = span / math.ceil(span / self.h * (1.0 - 1e-9))
+            self.h = span / np.ceil(span / h * (1.0 - 1e-9)) if span <= MOST * h else 0.0
         self.h *= self.direction
 
     @classmethod
@@ -79,8 +86,8 @@ class FixedStep(OdeSolver):
             from numba.core.errors import NumbaError
 
             try:
-                run = compiled(type(self).kernel)
-                run(fun, self.t, self.y, 0.0, *self.tables, self._at_rest())
+                run, at_rest = compiled(type(self).kernel), self._at_rest()
+                run(fun, self.tables[2], self.y, 0.0, *self.tables[:2], at_rest)
                 self._call, self._function = run, fun
             except NumbaError as error:
                 said = str(error).strip().splitlines()[0]
@@ -100,12 +107,21 @@ class FixedStep(OdeSolver):
 
     def stepped(self, t: float, y: Any, h: float, guess: Any) -> tuple[Any, int]:
         """Return the increments of a step and its status."""
-        increments, evaluations, status = self._call(self._function, t, y, h, *self.tables, guess)
+        A, b, c = self.tables
+        times = self._inside(t + c * h)  # a sum may round to beyond the end
+        increments, evaluations, status = self._call(self._function, times, y, h, A, b, guess)
         self.nfev += evaluations
         return increments, status
 
+    def _inside(self, t: Any) -> Any:
+        """Return times, or the nearest of the run."""
+        first, last = sorted((self.begin, float(self.t_bound)))
+        return np.minimum(np.maximum(t, first), last)
+
     def _step_impl(self) -> tuple[bool, str | None]:
         t, end = self.t, self.begin + self.h * (self.done + 1)
+        if end == t:
+            return False, self._failed(TOO_SHORT, self.h)
         rest = self.direction * (self.t_bound - end)
         whole = rest > 1e-9 * abs(self.h)
         last = abs(rest) <= 1e-9 * abs(self.h)  # but for rounding a whole step
@@ -116,21 +132,20 @@ class FixedStep(OdeSolver):
             guess = self.predicted(self.increments)
         increments, status = self.stepped(t, self.y, h, guess)
         if status != OK:
-            told = f"{type(self).__name__} at t = {t:.9g}, step {h:.3g}: {REASONS[status]}"
-            return False, told
+            return False, self._failed(status, h)
         self.before = self.y, self.carry, h
         self.y, self.carry = added(self.y, self.carry, increments)
         if not np.all(np.isfinite(self.y)):
             self.y = self.before[0]
-            return (
-                False,
-                f"{type(self).__name__} at t = {t:.9g}, step {h:.3g}: {REASONS[NOT_FINITE]}",
-            )
+            return False, self._failed(NOT_FINITE, h)
         self.increments, self.done = increments, self.done + 1
         if self._watched is not None:
             self._watched.look(self, t, end if whole else self.t_bound)
         self.t = end if whole else self.t_bound
         return True, None
+
+    def _failed(self, status: int, h: float) -> str:
+        return f"{type(self).__name__} at t = {self.t:.9g}, step {h:.3g}: {REASONS[status]}"
 
     def predicted(self, increments: Any) -> Any:
         """Return increments to begin with after a step of the same length."""
@@ -151,6 +166,8 @@ class _Within(DenseOutput):
     def _at(self, t: float) -> Any:
         if t in (self.t_old, self.t):
             return self.y if t == self.t_old else self.end
+        if not self.t_min <= t <= self.t_max:
+            raise DomainError("t", t, f"a time within {self.t_min:.17g} … {self.t_max:.17g}")
         h = t - self.t_old
         guess = self.solver.guess_within(self.increments, h / self.h)
         increments, status = self.solver.stepped(self.t_old, self.y, h, guess)

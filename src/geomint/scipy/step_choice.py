@@ -19,6 +19,7 @@ __all__ = ["Watched", "chosen_step", "tolerances"]
 PILOT_STEPS = 100
 MOST_TRIALS = 40  # of a step: each multiplies it by 1/5 to 5
 LEAST_RTOL = 2.0**-50
+LARGEST = 1e300  # error that is told from a failure
 LOOK = 16  # steps until errors are looked at, then four times as many, and so on; and at the end
 DOUBT = 12.0  # times the tolerances is told: as `geomint.solve` takes errors for known
 
@@ -69,7 +70,10 @@ class Watched:
 
 
 def chosen_step(solver: FixedStep, longest: float, rtol: float, atol: Any) -> float:
-    """Return a step with the error that is wanted, at the beginning and where the motion is fastest."""
+    """Return a step with the error that is wanted, at the beginning and where the motion is fastest.
+
+    0 where no step has it.
+    """
     h = longest
     for t, y, scale in _places(solver):
         h = _fitting(solver, t, y, (rtol, atol), min(h, scale), h)
@@ -79,8 +83,10 @@ def chosen_step(solver: FixedStep, longest: float, rtol: float, atol: Any) -> fl
 def _places(solver: FixedStep) -> list[tuple[float, Any, float]]:
     """Return where a pilot run is fastest, and the beginning, with steps to try there."""
     span = abs(solver.t_bound - solver.t)
-    given = {"rtol": 1e-3, "atol": 1e-6, "first_step": span * 1e-6}  # SciPy's own may be NaN
-    pilot = scipy.integrate.DOP853(solver.plain, solver.t, solver.y, solver.t_bound, **given)
+    first = span * 1e-6 or span  # SciPy's own may be NaN
+    given = {"rtol": 1e-3, "atol": 1e-6, "first_step": first}
+    f = lambda t, y: solver.plain(solver._inside(t), y)  # noqa: E731
+    pilot = scipy.integrate.DOP853(f, solver.t, solver.y, solver.t_bound, **given)
     places: list[tuple[float, Any, float]] = []
     for _ in range(PILOT_STEPS):
         t, y = pilot.t, pilot.y
@@ -106,20 +112,27 @@ def _fitting(
 ) -> float:
     """Return a step from there whose difference from two halves is what is allowed.
 
-    Where none is, because the function is not finite, `longest`: the run will say so.
+    Where it would leave the run it is taken back from there. Where none is, because the function is
+    not finite, `longest`: the run will say so; else 0.
     """
-    too_long = math.inf
+    ahead, error = abs(solver.t_bound - t), math.inf
+    most = min(longest, max(ahead, abs(t - solver.begin)))
+    h, fits, too_long = min(h, most), 0.0, math.inf
     for _ in range(MOST_TRIALS):
-        error = _error(solver, t, y, h * solver.direction, allowed)
+        error = _error(solver, t, y, math.copysign(h, ahead - h) * solver.direction, allowed)
         if error > 1.0:
-            too_long = min(too_long, h)
-        if 0.1 <= error <= 1.0 or (error < 0.1 and h >= min(longest, 0.9 * too_long)):
+            too_long = h
+        elif error >= 0.1 or h >= 0.9 * too_long:
             return h
+        elif h == most:  # longer ones do not begin there
+            return longest
+        else:
+            fits = h
         factor = 0.9 * max(error, 1e-30) ** (-1.0 / (solver.order + 1))
-        h = min(h * min(max(factor, 0.2), 5.0), longest)
-        if h >= too_long:
-            h = 0.8 * too_long
-    return longest
+        h = min(h * min(max(factor, 0.2), 5.0), most)
+        if not fits < h < too_long:
+            h = math.sqrt(fits * too_long)
+    return longest if error == math.inf and not fits else fits
 
 
 def _error(solver: FixedStep, t: float, y: Any, h: float, allowed: tuple[float, Any]) -> float:
@@ -137,4 +150,5 @@ def _error(solver: FixedStep, t: float, y: Any, h: float, allowed: tuple[float, 
     moved, (rtol, atol) = whole.sum(axis=0), allowed
     scale = atol + rtol * np.maximum(np.abs(y), np.abs(y + moved))
     difference = moved - half.sum(axis=0) - rest.sum(axis=0)
-    return float(np.sqrt(np.mean(np.abs(difference / scale) ** 2)))
+    error = float(np.sqrt(np.mean(np.abs(difference / scale) ** 2)))
+    return error if error < LARGEST else LARGEST  # also where sizes overflow

@@ -10,28 +10,31 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["ITERATIONS", "NOT_FINITE", "OK", "REASONS", "added", "compiled", "explicit", "gauss"]
+__all__ = [
+    "ITERATIONS", "NOT_FINITE", "OK", "REASONS", "TOO_SHORT", "added", "compiled", "explicit", "gauss",
+]  # fmt: skip
 
 ITERATIONS = 100
-OK, NOT_CONVERGED, NOT_FINITE = 0, 1, 2
+OK, NOT_CONVERGED, NOT_FINITE, TOO_SHORT = 0, 1, 2, 3
 REASONS = {
     NOT_CONVERGED: f"the iteration of the stages did not converge in {ITERATIONS} iterations: "
     "give a smaller step=",
     NOT_FINITE: "the function or the state is not finite",
+    TOO_SHORT: "it does not move t: give a longer step=, or rtol and atol that a step can meet",
 }
 
 
-def explicit(f: Any, t: float, y: Any, h: float, A: Any, b: Any, c: Any, L: Any) -> Any:
+def explicit(f: Any, times: Any, y: Any, h: float, A: Any, b: Any, L: Any) -> Any:
     """Return the increments of an explicit step, evaluations and status."""
     K = np.zeros_like(L)
-    for i in range(len(c)):
-        K[i] = h * f(t + c[i] * h, y + np.dot(A[i], K))
+    for i in range(len(b)):
+        K[i] = h * f(times[i], y + np.dot(A[i], K))
     L = K * b.reshape(-1, 1)
     status = OK if np.all(np.isfinite(L)) else NOT_FINITE
-    return L, len(c), status
+    return L, len(b), status
 
 
-def gauss(f: Any, t: float, y: Any, h: float, mu: Any, b: Any, c: Any, L: Any) -> Any:
+def gauss(f: Any, times: Any, y: Any, h: float, mu: Any, b: Any, L: Any) -> Any:
     """Return the increments ``L_i = h b_i f(Y_i)``, from a guess of them; evaluations and status.
 
     The iteration ends where twice running every component's change is 0, or rounding that no longer
@@ -42,20 +45,20 @@ def gauss(f: Any, t: float, y: Any, h: float, mu: Any, b: Any, c: Any, L: Any) -
     for iteration in range(1, ITERATIONS + 1):
         Y = y + np.dot(mu, L)
         new = np.empty_like(L)
-        for i in range(len(c)):
-            new[i] = (h * b[i]) * f(t + c[i] * h, Y[i])
+        for i in range(len(b)):
+            new[i] = (h * b[i]) * f(times[i], Y[i])
         change = np.abs(new - L).sum(axis=0)
         if not np.all(np.isfinite(change)):
             failed = NOT_FINITE if iteration == 1 else NOT_CONVERGED
-            return new, iteration * len(c), failed
+            return new, iteration * len(b), failed
         size = np.abs(y) + np.abs(new).sum(axis=0)
         small = change <= 2.0**-48 * size.max()
         ended = (change == 0.0) | ((change >= least) & (small | (change <= 2.0**-40 * size)))
         least, L, again = np.minimum(least, change), new, settled
         settled = bool(np.all(ended))
         if (settled and again) or np.all(change == 0.0):
-            return L, iteration * len(c), OK
-    return L, ITERATIONS * len(c), OK if np.all(small) else NOT_CONVERGED
+            return L, iteration * len(b), OK
+    return L, ITERATIONS * len(b), OK if np.all(small) else NOT_CONVERGED
 
 
 @functools.cache
