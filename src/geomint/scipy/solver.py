@@ -62,7 +62,9 @@ class FixedStep(OdeSolver):
         if given is not None:
             self.h = min(positive(name, given), max_step)
             if MOST * self.h < span < math.inf:
-                raise DomainError(name, given, f"a step that spans {span:g} in fewer than 2⁵³ steps")
+                raise DomainError(
+                    name, given, f"a step that spans {span:g} in fewer than 2⁵³ steps"
+                )
         elif span == 0.0 or self.n == 0:
             self.h = 1.0
         elif math.isinf(span):
