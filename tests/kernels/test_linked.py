@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import sys
 
 import numba
 import numpy as np
@@ -123,3 +124,32 @@ def test_collection_of_garbage_is_as_it_was(on: bool) -> None:
         end()
     assert seen
     assert not any(seen)
+
+
+@jitted
+def test_the_depth_of_the_caller_does_not_matter() -> None:
+    """Called where Python has a few dozen calls left; a function that fails there leaves the limit."""
+    bound, _ = problem(new())
+    Bound(problem(new())[0].recorded, FIELD).entry()  # what is imported is
+
+    @gi.field
+    def none(params, t, y, out, work):
+        out[0] = missing(y[0])  # noqa: F821
+
+    def depth() -> int:
+        frame, count = sys._getframe(), 0
+        while frame := frame.f_back:
+            count += 1
+        return count
+
+    def deep(left: int) -> None:
+        if left:
+            deep(left - 1)
+        else:
+            bound.entry()
+            with pytest.raises(gi.DeclarationError, match="missing"):
+                Bound(none, FIELD).entry()
+
+    before = sys.getrecursionlimit()
+    deep(before - depth() - 70)
+    assert sys.getrecursionlimit() == before

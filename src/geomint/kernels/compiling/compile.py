@@ -8,6 +8,7 @@ faster at n = 3), while its signature stays the same for every stepper.
 import gc
 import os
 import signal
+import sys
 import threading
 import time
 import warnings
@@ -38,6 +39,7 @@ from .recorded import Recorded
 _njit: Any = numba.njit
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+DEEPEST = 2000  # calls of Python: ten times as many as numba was seen to need
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
 _asked = 0
@@ -156,7 +158,7 @@ def compile_function(recorded: Recorded, signature) -> Any:
     code = dispatcher.codes.get(id(signature))  # which the code keeps
     if code is not None:
         return code
-    with standing_still(), _lock, _no_collection(), warnings.catch_warnings():
+    with standing_still(), _lock, _room(), warnings.catch_warnings():
         # Steppers take fields as first-class functions, which numba calls experimental every
         # time; its pedantic warnings are addressed to its own developers.
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
@@ -169,13 +171,18 @@ def compile_function(recorded: Recorded, signature) -> Any:
 
 
 @contextmanager
-def _no_collection() -> Iterator[None]:
-    """Let no garbage be collected: an eighth of numba's time, in which it looks at what is in use."""
+def _room() -> Iterator[None]:
+    """Let numba call as deep as it needs, however deep its caller is, and no garbage be collected.
+
+    To look at what is in use took an eighth of numba's time.
+    """
     on = gc.isenabled()
     gc.disable()
+    sys.setrecursionlimit(sys.getrecursionlimit() + DEEPEST)
     try:
         yield
     finally:
+        sys.setrecursionlimit(sys.getrecursionlimit() - DEEPEST)
         if on:
             gc.enable()
 
