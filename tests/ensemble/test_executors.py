@@ -9,12 +9,14 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
 
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
+from geomint.run.ensemble.outcome import empty_outcome
 
 HENON = henon_heiles.problem()
 STATES = np.random.default_rng(5).uniform(-0.2, 0.2, (150, 4))
@@ -33,10 +35,11 @@ def test_processes(processes: ProcessPoolExecutor) -> None:
     assert np.array_equal(here.y, there.y)
     failing = STATES.copy()
     failing[77] = [0.0, 40.0, 0.0, 60.0]
+    failing[0] = failing[149] = np.nan
     told = gi.solve_ensemble(HENON, failing, executor=processes, observe=["energy"], **ASKED)
-    assert list(told.errors) == [77]
+    assert sorted(told.errors) == [0, 77, 149]
     assert isinstance(told.errors[77], gi.NonFiniteError)
-    assert told.drift["energy"]["class"][0] != ""
+    assert told.drift["energy"]["class"][1] != ""
 
 
 class Dying(Executor):
@@ -64,6 +67,67 @@ def test_what_is_done_when_workers_die_is_kept() -> None:
     assert (many.status[~done] == "not run").all()
     alone = gi.solve_ensemble(HENON, STATES, **ASKED)
     assert np.array_equal(many.final[done], alone.final[done])
+
+
+class Odd(Executor):
+    """Runs two blocks; the third it answers in its own way."""
+
+    def __init__(self, answer) -> None:
+        self._left, self._answer = 2, answer
+
+    def submit(self, function, /, *given, **named) -> Future:
+        self._left -= 1
+        if self._left < 0:
+            return self._answer()
+        future: Future = Future()
+        future.set_result(function(*given, **named))
+        return future
+
+
+def raising() -> Future:
+    raise OSError("no\nroom")
+
+
+def answered(result: object = None, error: BaseException | None = None) -> Future:
+    future: Future = Future()
+    future.set_exception(error) if error else future.set_result(result)
+    return future
+
+
+def cancelled() -> Future:
+    future: Future = Future()
+    future.cancel()
+    future.set_running_or_notify_cancel()
+    return future
+
+
+ANSWERS = {
+    "no room": raising,
+    "is no Future": lambda: None,
+    "is not what": lambda: answered("done"),
+    "members give": lambda: answered(empty_outcome(3, 1, 4)),
+    "BrokenProcessPool": lambda: answered(error=BrokenProcessPool("a process\nhas died")),
+    "SystemExit": lambda: answered(error=SystemExit(3)),
+    "CancelledError": cancelled,
+}
+
+
+@pytest.mark.parametrize("text", ANSWERS)
+@pytest.mark.parametrize("stored", [False, True], ids=["memory", "store"])
+def test_whatever_an_executor_does_is_told_in_a_line(text: str, stored: bool, tmp_path) -> None:
+    """What was computed before is kept, and a store goes on from there."""
+    states = np.vstack([STATES] * 2)
+    asked = {**ASKED, **({"out": tmp_path / "many"} if stored else {})}
+    with pytest.raises(gi.EnsembleError, match=text.replace(" room", ".*room")) as told:
+        gi.solve_ensemble(HENON, states, executor=Odd(ANSWERS[text]), workers=1, **asked)
+    assert "\n" not in str(told.value)
+    many, size = told.value.partial, 64 if stored else 80
+    assert (many.status == "success").sum() == 2 * size
+    assert (many.status == "not run").sum() == len(states) - 2 * size
+    if stored:
+        again = gi.solve_ensemble(HENON, states, **asked)
+        assert again.success
+        assert np.array_equal(again.final[: len(STATES)], again.final[len(STATES) :])
 
 
 def test_an_executor_that_is_shut_down() -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,6 +54,73 @@ def test_members_that_fail(name: str, which: tuple[int, ...]) -> None:
         assert many.status[k] == "failed"
         assert np.array_equal(many.y[k, :n], alone.value.partial.y)
         assert np.isnan(many.y[k, n:]).all()
+
+
+ASKED: dict[str, dict[str, Any]] = {
+    "in lanes": {"method": "rk-4", "step": 0.1},
+    "one by one": {"method": "gauss-3", "step": 0.1, "workers": 2},
+    "default steps": {"method": "rk-4", "save_every": 4},
+    "adaptive": {"method": "dop853-adaptive"},
+    "at times": {"method": "rk-4", "step": 0.1, "t_eval": [0.5, 2.0], "observe": ["energy"]},
+    "read off": {"method": "rk-4", "step": 0.1, "readings": ["mean:q[0]", gi.Windows("energy", 2)]},
+}
+
+
+@pytest.mark.parametrize("stored", [False, True], ids=["memory", "store"])
+@pytest.mark.parametrize("how", ASKED)
+def test_states_that_are_none_fail_alone(how: str, stored: bool, tmp_path: Path) -> None:
+    """NaN and infinity, at both ends and between; in a whole block; others have their bits."""
+    asked, which = {**ASKED[how], "t_end": 3.0}, [0, 5, 18, *range(64, 144)]
+    states = np.vstack([GOOD] * 8)
+    here = gi.solve_ensemble(HENON, states, **asked)
+    states[which] = np.nan
+    states[5] = [0.1, np.inf, 0.0, 0.0]
+    if stored:
+        asked["out"] = tmp_path / "many"
+        gi.solve_ensemble(HENON, states, **asked)
+    many = gi.solve_ensemble(HENON, states, **asked)
+    assert sorted(many.errors) == which
+    with pytest.raises(gi.DomainError) as alone:
+        gi.solve(HENON, states[5], t_end=3.0)
+    assert (type(many.errors[5]), str(many.errors[5])) == (type(alone.value), str(alone.value))
+    assert (many.status[which] == "failed").all()
+    assert np.isnan(many.final[which]).all()
+    others = np.setdiff1d(np.arange(len(states)), which)
+    assert np.array_equal(many.y[others], here.y[others], equal_nan=True)
+    for name, read in here.readings.items():
+        assert np.array_equal(many.readings[name][others], read[others])
+        assert np.isnan(many.readings[name][which]).all()
+
+
+def test_states_off_their_sphere_fail_alone() -> None:
+    problem = gi.load_scene("ball-3d").problem
+    states = np.array([problem.random_state(k) for k in range(20)])
+    whole = gi.solve_ensemble(problem, states, t_end=1.0, method="cf-4", step=0.1)
+    states[3] *= 2.0
+    many = gi.solve_ensemble(problem, states, t_end=1.0, method="cf-4", step=0.1)
+    assert list(many.errors) == [3]
+    assert np.array_equal(np.delete(many.y, 3, 0), np.delete(whole.y, 3, 0))
+
+
+def test_without_compiler() -> None:
+    """An ensemble in plain Python has the bits of the compiled one."""
+    code = (
+        "import numpy as np, geomint as gi\n"
+        "from geomint.problems.testproblems import henon_heiles\n"
+        "many = gi.solve_ensemble(henon_heiles.problem(), 0.1 * np.eye(4), t_end=0.35, step=0.1,"
+        " method='rk-4')\n"
+        "print(many.final.tobytes().hex())"
+    )
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for off in ("0", "1")
+    ]
+    assert runs[0] == runs[1] != b""
 
 
 def test_a_failing_last_step_that_is_cut() -> None:
@@ -157,7 +228,7 @@ STATES = {
     "none": (np.zeros((0, 4)), "states of 4 numbers"),
     "of three axes": (GOOD[None], "states of 4 numbers"),
     "text": ("state", "states of 4 numbers"),
-    "not finite": (np.where(np.arange(19)[:, None] == 7, np.nan, GOOD), r"states\[7\]"),
+    "not finite": (np.full((3, 4), np.nan), r"states\[0\].*finite"),
 }
 
 

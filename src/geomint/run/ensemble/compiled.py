@@ -7,7 +7,7 @@ import numpy as np
 from ...arguments import Array, Integers
 from ...errors import DeclarationError, GeomintError
 from ...kernels.compiling.bound import Bound
-from ...kernels.compiling.call import Call
+from ...kernels.compiling.call import Call, Code
 from ...kernels.compiling.number_types import SCALAR, NumberType, members
 from ...kernels.numbers.blocks import Block, scalar_block
 from ...kernels.numbers.lanes import LANES
@@ -218,7 +218,8 @@ def _call_of(stepper: Stepper, blocks: dict[str, Block]) -> Call:
     moving = len(blocks["moved"]) > 0
     names = stepper.kernel.fingerprint, *(f.recorded.fingerprint for f in stepper.functions)
     key = (*names, str(moving))
-    if stepper.lane_by_lane and key not in _alone:
+    jitted = isinstance(stepper.functions[0].entry(), Code)  # not with NUMBA_DISABLE_JIT
+    if stepper.lane_by_lane and jitted and key not in _alone:
         try:
             return _call_in(members(moving), stepper, blocks)
         except DeclarationError:  # it is compiled for single numbers already

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import MOST_NUMBERS, Array, Integers, as_array
+from ...arguments import MOST_NUMBERS, Array, Booleans, Integers, as_array
 from ...errors import DomainError, Gathered, GeomintError, GeomintWarning, StateWarning, tell
 from ...methods import Exact, Method
 from ...problems.declaration import unshared
@@ -25,12 +25,15 @@ class Members:
     problems : tuple of Problem
         One for each member, or one for all.
     states : array, shape (members, rows)
+    admitted : array of bool, shape (members,)
+        Whether a state is one of its problem: of others the member's own run tells why not.
     told : dict of int to tuple of GeomintWarning
         What was changed in states.
     """
 
     problems: tuple[Problem, ...]
     states: Array
+    admitted: Booleans
     told: dict[int, tuple[GeomintWarning, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -53,7 +56,8 @@ class Members:
         """Return some members, with problems of their own: nothing is shared that a run changes."""
         told = {i: self.told[k] for i, k in enumerate(which.tolist()) if k in self.told}
         own = [0] if len(self.problems) == 1 else which
-        return Members(tuple(unshared(self.problems[k]) for k in own), self.states[which], told)
+        problems = tuple(unshared(self.problems[k]) for k in own)
+        return Members(problems, self.states[which], self.admitted[which], told)
 
 
 @dataclass(frozen=True)
@@ -106,7 +110,7 @@ def _copied(value: Any) -> Any:
 
 
 def canonical_members(problems: Any, states: Any) -> Members:
-    """Return members with admissible states, or raise `DomainError` that names the first that is not.
+    """Return members; if none has an admissible state, raise `DomainError` that names the first.
 
     Warnings of states that are projected are summed up in one.
     """
@@ -125,20 +129,23 @@ def canonical_members(problems: Any, states: Any) -> Members:
         raise DomainError("states", states, f"at most {MOST_NUMBERS // rows} of them")
     found = np.broadcast_to(given, (count, rows)).copy()
     told: dict[int, tuple[GeomintWarning, ...]] = {}
+    admitted, refused = np.ones(count, dtype=bool), None
     for k in _unsettled(chosen, found):
         with Gathered(quiet=True) as changes:
             try:
                 found[k] = chosen[k if len(chosen) > 1 else 0].canonical(found[k])
             except GeomintError as error:
-                what = f"states[{k}]"
-                raise DomainError(what, found[k], f"a state of the problem: {error}") from error
+                admitted[k], refused = False, refused or (k, error)
         if changes:
             told[k] = tuple(changes)
+    if refused and not admitted.any():
+        k, why = refused
+        raise DomainError(f"states[{k}]", found[k], f"a state of the problem: {why}") from why
     if told:
         k, (first, *_) = next(iter(told.items()))
         text = f"{len(told)} of {count} states were changed; states[{k}]: {first}"
         tell(StateWarning(text, first.quantity, first.size))
-    return Members(chosen, found, told)
+    return Members(chosen, found, admitted, told)
 
 
 def _unsettled(problems: tuple[Problem, ...], states: Array) -> list[int]:

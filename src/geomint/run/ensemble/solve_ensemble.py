@@ -67,7 +67,8 @@ def solve_ensemble(
         One for all members or one for each, with the same pieces in the same time. Those that differ in
         their parameters alone share compiled code.
     states : array_like, shape (N, rows), or (rows,)
-        Flat states, one a row, or one for all problems.
+        Flat states, one a row, or one for all problems. A member whose state is none, as with NaN,
+        fails alone.
     t0, t_end, tau_end, method, step, t_eval, tau_eval, events, save_every, observe, observe_every
         As those of `geomint.solve`, for every member. Without a `step` each has its own default; where
         a sample shows that such steps err by more than is promised, members are single runs, which
@@ -116,8 +117,8 @@ def solve_ensemble(
     ArgumentError, DomainError, FormError, MethodError, DeclarationError
         Before anything is computed.
     EnsembleError
-        If workers of the executor have died, or what they run cannot: ``partial`` is the ensemble with
-        the members that are done, as it is of a reading's `DomainError`.
+        If workers of the executor have died, or it fails in another way: ``partial`` is the ensemble
+        with the members that are done, as it is of a reading's `DomainError`.
 
     Warns
     -----

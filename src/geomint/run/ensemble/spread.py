@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import Array, whole
-from ...errors import DomainError, EnsembleError, GeomintError
+from ...errors import DomainError, EnsembleError, GeomintError, quoted
 from ...kernels.compiling.cores import cores
 from ...kernels.numbers.lanes import LANES
 from ..timeline import plan_timeline
@@ -50,9 +50,9 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
         what is asked of all.
     """
     failure: GeomintError | None = None
-    last = len(given) - 1
-    between = np.linspace(0, last, FIRST).astype(int).tolist()
-    for k in dict.fromkeys((0, last, *between)):
+    members = np.flatnonzero(given.admitted)
+    between = np.linspace(0, len(members) - 1, FIRST).astype(int)
+    for k in dict.fromkeys(members[[0, -1, *between]].tolist()):
         block = np.array([k])
         one = given.of(block)
         alike = one if len(given.problems) == 1 else given.of(np.array([k, k]))  # as blocks will be
@@ -75,12 +75,16 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
 def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcome:
     """Return what has become of some members: in another thread or process as here."""
     stop = np.zeros(1) if stop is None else stop
-    found = None
-    if asked.steps_alone:
+    found = empty_outcome(len(given), 1, given.states.shape[1])
+    here = np.flatnonzero(given.admitted)
+    if asked.steps_alone and len(here):
         with contextlib.suppress(GeomintError):  # of the first member, which its own run will tell
-            found = run_compiled(asked, given, stop)
-    if found is None:
-        found = empty_outcome(len(given), 1, given.states.shape[1])
+            whole = len(here) == len(given)
+            moved = run_compiled(asked, given if whole else given.of(here), stop)
+            if moved is not None and whole:
+                found = moved
+            elif moved is not None:
+                found.take(here, moved)
     left = [k for k, status in enumerate(found.status) if status == NOT_RUN]
     run_single(asked, given, left, stop, found)
     _read(asked, given, found, stop)
@@ -136,7 +140,8 @@ def expected_samples(asked: Asked, given: Members) -> int:
     if not asked.shared["save_every"]:
         return 1
     ends = {name: asked.shared[name] for name in ("t_end", "tau_end", "step", "t0")}
-    line = plan_timeline(given.problem(0), asked.method, given.states[0], **ends)
+    k = int(given.admitted.argmax())
+    line = plan_timeline(given.problem(k), asked.method, given.states[k], **ends)
     return int(line.expected / asked.shared["save_every"]) + 2
 
 
@@ -198,8 +203,11 @@ def _collected(
         try:
             while waiting and len(futures) < ahead:
                 of = given.of(waiting[0])
-                futures[pool.submit(run_block, asked, of, *extra)] = waiting.popleft()
-        except RuntimeError as broken:  # a broken executor, or one that is shut down
+                future = pool.submit(run_block, asked, of, *extra)
+                if not isinstance(future, Future):
+                    raise TypeError(f"{quoted(future)} was submitted, and is no Future")
+                futures[future] = waiting.popleft()
+        except Exception as broken:  # an executor that is shut down, or broken in any way
             return broken
         return None
 
@@ -223,13 +231,16 @@ def _collected(
                 ready, _ = wait(futures)
             for future in ready:
                 block = futures.pop(future)
-                problem = None if future.cancelled() else future.exception()
-                if problem is not None:
+                try:
+                    found = future.result()
+                    if not (isinstance(found, Outcome) and len(found.tau) == len(block)):
+                        raise TypeError(f"{quoted(found)} is not what {len(block)} members give")
+                except BaseException as problem:  # of a worker; or it was cancelled
                     failure = failure or problem
                     end()
-                elif not future.cancelled():
+                else:
                     done += len(block)
-                    yield block, future.result()
+                    yield block, found
             failure = failure or begin()
     finally:
         end()
@@ -238,5 +249,4 @@ def _collected(
     if isinstance(failure, GeomintError):  # of a reading
         raise failure
     if failure is not None:
-        what = f"workers have ended: {type(failure).__name__}: {failure}"
-        raise EnsembleError(what) from failure
+        raise EnsembleError(f"workers have ended: {quoted(failure)}") from failure

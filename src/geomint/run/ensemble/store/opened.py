@@ -75,7 +75,9 @@ def open_ensemble(path: str | PathLike[str]) -> Ensemble:
         problem: Any = StoredProblem(about["problem"], shapes=shapes, time=about["time"])
         method: Any = StoredMethod(about["method"], adaptive=about["adaptive"])
         differing = {of: numbers_in(a) for (of, _), a in arrays.of_role("parameter").items()}
-        given = _Known((problem,), numbers_in(arrays.find("states")), parameters=differing)
+        states = numbers_in(arrays.find("states"))
+        admitted = (states == states).all(axis=1)
+        given = _Known((problem,), states, admitted, parameters=differing)
         readings = {
             of: _Read(role == "merged", str(a.attrs["kind"]), str(a.attrs["quantity"]))
             for role in ("reading", "merged")
