@@ -91,6 +91,19 @@ def test_the_default_step_of_forces_with_jumps() -> None:
 
 
 @pytest.mark.nojit
+@pytest.mark.parametrize("start", [1.0, -3.0, 1e-3, 1e12])
+def test_a_rate_without_derivatives_where_the_run_begins(start: float) -> None:
+    """√(t − t₀) is as smooth from t₀ on as √t from 0; roundings of times are no smoothness."""
+
+    @gi.field
+    def root(params, t, y, out, work):
+        out[0] = gi.sqrt(t - params[0])
+
+    problem = gi.Problem("root", (("y", 1),), params=[start], field=root)
+    assert characteristic_time(problem, np.zeros(1), 1.0, start) == 1.0
+
+
+@pytest.mark.nojit
 def test_the_default_step_sees_where_it_goes() -> None:
     """What only drives before time 0 shortens steps backwards alone."""
 

@@ -158,6 +158,85 @@ def test_runs_shorter_than_any_step(end: float) -> None:
         np.testing.assert_allclose(sol.y[-1], right, rtol=0, atol=1e-9)
 
 
+@gi.field
+def growing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = params[0] * y[0]
+
+
+@gi.field
+def of_its_inverse(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = params[0] / y[0]
+
+
+@gi.field
+def of_time(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = params[0] * gi.sqrt(t)
+
+
+@np.errstate(all="ignore")
+def closed(field: Any, rate: float, y: float, t: float) -> float:
+    found = {
+        growing: y * np.exp(np.float64(rate) * t),
+        of_its_inverse: np.hypot(y, np.sqrt(2.0 * np.float64(rate) * t)),
+        of_time: y + np.float64(rate) * t * np.sqrt(t) * 2.0 / 3.0,
+    }
+    return float(found[field])
+
+
+BAD_SCALES = [
+    (growing, -2.0, 1.0, 1e100),
+    (growing, -2.0, 1.0, 1e300),
+    (growing, 1e300, 1e-200, 1e50),
+    (growing, -1e-300, 1e200, 1e-200),
+    (growing, 1.0, 5e-324, 1e-300),
+    (of_its_inverse, 1e50, 1e6, 2.0),
+    (of_its_inverse, 1e300, 10.0, 1e300),
+    (of_its_inverse, 1e-300, 1e200, 1e300),
+    (of_time, 1e-10, -1.0, 1.7e308),
+    (of_time, 2.0, 1.0, 1e-200),
+    (of_time, 0.3, -1e300, 1.0),
+]
+
+
+@pytest.mark.parametrize("name", ["auto", "gauss-2", "dop853-adaptive"])
+@pytest.mark.parametrize(("field", "rate", "y0", "end"), BAD_SCALES)
+@pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
+def test_bad_scales(name: str, field: Any, rate: float, y0: float, end: float) -> None:
+    """The right value, or a typed error."""
+    problem = gi.Problem("scaled", (("y", 1),), field=field, params=[rate])
+    asked: dict[str, Any] = {"method": name, "tolerance": 1e-6, "progress": False}
+    try:
+        sol = gi.solve(problem, [y0], t_end=end, callback=lambda reached: True, **asked)
+    except gi.GeomintError:
+        return
+    right = closed(field, rate, y0, sol.tau[-1])
+    assert sol.y[-1, 0] == pytest.approx(right, rel=1e-4, abs=1e-4 * abs(y0))
+
+
+@pytest.mark.parametrize("name", ["auto", "gauss-8", "dop853-adaptive"])
+@pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
+def test_a_rate_without_derivatives_at_the_first_time(name: str) -> None:
+    """y′ = √(t − 1) from t = 1."""
+
+    @gi.field
+    def root(params, t, y, out, work):
+        out[0] = gi.sqrt(t - 1.0)
+
+    problem = gi.Problem("root", (("y", 1),), field=root)
+    sol = gi.solve(problem, [0.0], t0=1.0, t_end=3.0, method=name, tolerance=1e-9, progress=False)
+    assert sol.y[-1, 0] == pytest.approx(2.0**2.5 / 3.0, rel=1e-7)
+    assert sol.steps < 20_000
+
+
+@pytest.mark.parametrize("name", ["rk-4", "gauss-8"])
+@pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
+def test_trials_are_short_however_long_the_run(name: str) -> None:
+    """They are calls of compiled code, for whose end Ctrl-C waits; the run is ended at once."""
+    asked: dict[str, Any] = {"method": name, "tolerance": 1e-3, "progress": False}
+    sol = gi.solve(OSCILLATOR, [1.0, 0.0], t_end=1e13, callback=lambda reached: True, **asked)
+    assert sol.steps < 1e6
+
+
 # --- auto -------------------------------------------------------------------------------------------
 
 

@@ -24,6 +24,7 @@ TINY = 1e-8  # of the state: differences of that part of a smaller piece would b
 DEGREE, FITTED = 6, 1e-6
 ROUGH = 0.05  # as well as a rate without derivatives at time 0, such as √t, is fitted over any time
 HALVINGS = 100
+ROUNDINGS = 64  # of the time at y0: over less than so many no rate is known to be smooth
 COUNT = 16
 # Irregular parts of the time, so that no oscillation looks slow at them; not 0, where a switch may be.
 PARTS = (np.arange(COUNT) + 0.5 + 0.3 * np.sin(np.arange(COUNT) ** 2.0)) / COUNT
@@ -226,6 +227,8 @@ def smooth_time(
     least, found = math.inf, time
     # A state so small that its own time is 1e100 must be led back to a time that is one.
     for _ in range(HALVINGS + max(0, math.frexp(time)[1])):
+        if abs(time) < ROUNDINGS * math.ulp(start):
+            break
         left = max(roughness(problem, y, time, start, rate_at) for y in states)
         if left <= FITTED:
             return time

@@ -200,7 +200,7 @@ class Ranked:
             if most > 1:
                 of_one = max(of_one, self._on_the_way(y, begin, h, steps))
             error, first = max(error, of_one), max(first, of_one)
-            factor = max(factor, error / number**self.power)
+            factor = max(factor, error / (number**self.power or math.inf))  # 0: underflown
             if error >= worst:
                 worst, time = error, begin
         # Of one step, which may err as much as all in its window, or as every one of them.

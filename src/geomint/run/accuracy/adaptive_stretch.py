@@ -11,7 +11,7 @@ from ...methods.adaptive import LARGEST_RTOL, LEAST_RTOL, Adaptive
 from ...methods.method import Start
 from ...problems.evaluate import rates_of
 from ..integrator import Integrator
-from .stretch import SAMPLES, Motion, Stretch, compared
+from .stretch import LONGEST, SAMPLES, Motion, Stretch, compared
 
 FINER = 16.0  # times smaller tolerances
 
@@ -64,7 +64,7 @@ def _own_states(integrator: Integrator, length: float, rows: int) -> tuple[Array
     begin, many = integrator.time, 1
     times: list[float] = []
     states: list[Array] = []
-    while not times or times[-1] < length:
+    while not times or (times[-1] < length and integrator.steps < LONGEST):
         integrator.step(many)
         times.append(abs(integrator.time - begin))
         states.append(integrator.stepper.state[:rows].copy())  # without that of time

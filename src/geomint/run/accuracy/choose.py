@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import DomainError
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
 from ...methods.stepper import Stepper
@@ -22,6 +23,8 @@ from .stretch import Motion, Stretch, extrapolated, stretch
 
 __all__ = ["Wanted", "choose"]
 
+MOST_TURNS = 1e100  # what is made of them is finite then; runs have fewer
+FARTHEST = 1e30  # first steps of a run: trials make none so much longer
 TRIED = 5.0  # characteristic times up to a break, at least, for trials
 TURNS, PART = 10.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
 MORE_TURNS = 3.2  # for each order of a symmetric method: high ones err where a motion is fastest
@@ -68,7 +71,7 @@ class Wanted:
     @property
     def turns(self) -> float:
         """Characteristic times of the run; 1 at least."""
-        return max(abs(self.motion.span) / self.time, 1.0)
+        return min(max(abs(self.motion.span) / self.time, 1.0), MOST_TURNS)
 
     @property
     def goal(self) -> float:
@@ -157,10 +160,12 @@ def choose(wanted: Wanted, method: Method) -> Setting:
 def _step(wanted: Wanted, method: Method) -> Setting:
     """Return the step of a method with which a run errs by what is wanted."""
     motion, time, p = wanted.motion, wanted.time, method.order
-    options, most = method.options, 0.5 * abs(motion.span)
+    options, most = method.options, 0.5 * abs(motion.span) or abs(motion.span)
     implicit = "max_iterations" in options
     first = (FIRST[0] + FIRST[1] * p) * (wanted.goal / wanted.turns) ** (1.0 / p)
     first = min(time * (min(first, IMPLICIT) if implicit else first), most)
+    if first * FARTHEST < abs(motion.span):
+        raise DomainError("end", motion.span, f"one within 2⁵³ steps of about {first:.3g}")
     most = min(most, 0.5 * wanted.room)
     own = method
     if not wanted.watched:
@@ -245,8 +250,10 @@ def with_iteration_tolerance(
     if method.options.get("iteration_tolerance") != 0.0:
         return method
     allowed = AIM * tolerance / (BIAS * steps * turns)
+    if not allowed >= 2.0**-MOST_BITS:
+        return method
     bits = max(BITS * math.ceil(-math.log2(allowed) / BITS), LEAST_BITS)
-    return method if bits > MOST_BITS else varied(method, "iteration_tolerance", 2.0**-bits)
+    return varied(method, "iteration_tolerance", 2.0**-bits)
 
 
 @functools.lru_cache(maxsize=256)

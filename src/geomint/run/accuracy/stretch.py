@@ -24,6 +24,7 @@ from ...problems.problem import Problem
 from ..local_error import COARSE, FINE
 
 SAMPLES = 16  # meetings of a stretch, at most twice as many
+LONGEST = 2.0**14  # of a trial, in coarse steps: it is one call, for whose end Ctrl-C waits
 LARGEST = 0.1  # relative: what differs by more says nothing
 FITTED = 0.25  # of the time of a stretch: errors from there on count
 
@@ -90,7 +91,7 @@ def stretch(
     most: float = LARGEST,
 ) -> Stretch | None:
     """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
-    pairs = max(1, round(length / (COARSE * step)))
+    pairs = max(1, round(min(LONGEST, length / (COARSE * step))))
     each = max(1, pairs // SAMPLES)
     count, rows, h = pairs // each, stepper.rows, math.copysign(step, motion.span)
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
@@ -173,6 +174,8 @@ def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> fl
     else does; by others the frequencies do too, and the phases with the square of time: e/t is then
     a + b t, whose coefficients are fitted, none of them negative.
     """
+    unit = 2.0 ** min(-math.frexp(times[-1])[1], 1000)  # squares of times are finite
+    times, end = unit * times, unit * end
     first = int(times.searchsorted(FITTED * times[-1]))
     t = times[first:]
     slopes = errors[first:] / t
