@@ -228,9 +228,12 @@ def test_where_no_step_serves_that_is_told(name: str) -> None:
     far = solve_ivp(lambda t, y: -y, (0.0, 1e100), [1.0], method=method)
     assert not far.success
     assert "step" in far.message
-    for span, given in (((0.0, np.inf), {}), ((0.0, np.nan), {}), ((0.0, 1.0), {"step": 1e-30})):
+    for start in (0.0, 1.0):
+        short = solve_ivp(lambda t, y: -y, (start, 2.0), [1.0], method, step=1e-30)
+        assert "too short" in short.message
+    for end in (np.inf, np.nan):
         with pytest.raises(gi.DomainError, match="span"):
-            solve_ivp(lambda t, y: -y, span, [1.0], method=method, **given)
+            solve_ivp(lambda t, y: -y, (0.0, end), [1.0], method=method)
     ends = lambda t, y: y[0] - 0.5  # noqa: E731
     ends.terminal = True
     open_end = solve_ivp(lambda t, y: -y, (0, np.inf), [1.0], method, events=ends, step=0.1)

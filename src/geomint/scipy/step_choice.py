@@ -83,8 +83,7 @@ def chosen_step(solver: FixedStep, longest: float, rtol: float, atol: Any) -> fl
 def _places(solver: FixedStep) -> list[tuple[float, Any, float]]:
     """Return where a pilot run is fastest, and the beginning, with steps to try there."""
     span = abs(solver.t_bound - solver.t)
-    first = span * 1e-6 or span  # SciPy's own may be NaN
-    given = {"rtol": 1e-3, "atol": 1e-6, "first_step": first}
+    given = {"rtol": 1e-3, "atol": 1e-6, "first_step": span * 1e-6 or span}  # not SciPy's own NaN
     f = lambda t, y: solver.plain(solver._inside(t), y)  # noqa: E731
     pilot = scipy.integrate.DOP853(f, solver.t, solver.y, solver.t_bound, **given)
     places: list[tuple[float, Any, float]] = []
@@ -137,18 +136,15 @@ def _fitting(
 
 def _error(solver: FixedStep, t: float, y: Any, h: float, allowed: tuple[float, Any]) -> float:
     """Return the estimated error of a step over what is allowed, infinite where it fails."""
-    whole, failed = solver.stepped(t, y, h, solver.guess(t, y, h))
-    if failed:
-        return math.inf
-    half, failed = solver.stepped(t, y, h / 2, solver.guess(t, y, h / 2))
-    if failed:
-        return math.inf
-    middle = y + half.sum(axis=0)
-    rest, failed = solver.stepped(t + h / 2, middle, h / 2, solver.guess(t + h / 2, middle, h / 2))
-    if failed:
-        return math.inf
-    moved, (rtol, atol) = whole.sum(axis=0), allowed
-    scale = atol + rtol * np.maximum(np.abs(y), np.abs(y + moved))
-    difference = moved - half.sum(axis=0) - rest.sum(axis=0)
+    moved: list[Any] = []
+    for begin, step in ((t, h), (t, h / 2), (t + h / 2, h / 2)):
+        state = y + moved[1] if moved[1:] else y
+        increments, failed = solver.stepped(begin, state, step, solver.guess(begin, state, step))
+        if failed:
+            return math.inf
+        moved.append(increments.sum(axis=0))
+    rtol, atol = allowed
+    scale = atol + rtol * np.maximum(np.abs(y), np.abs(y + moved[0]))
+    difference = moved[0] - moved[1] - moved[2]
     error = float(np.sqrt(np.mean(np.abs(difference / scale) ** 2)))
     return error if error < LARGEST else LARGEST  # also where sizes overflow

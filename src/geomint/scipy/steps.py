@@ -20,7 +20,7 @@ REASONS = {
     NOT_CONVERGED: f"the iteration of the stages did not converge in {ITERATIONS} iterations: "
     "give a smaller step=",
     NOT_FINITE: "the function or the state is not finite",
-    TOO_SHORT: "it does not move t: give a longer step=, or rtol and atol that a step can meet",
+    TOO_SHORT: "it is too short for the run: give a longer step=, or larger rtol and atol",
 }
 
 
@@ -30,8 +30,7 @@ def explicit(f: Any, times: Any, y: Any, h: float, A: Any, b: Any, L: Any) -> An
     for i in range(len(b)):
         K[i] = h * f(times[i], y + np.dot(A[i], K))
     L = K * b.reshape(-1, 1)
-    status = OK if np.all(np.isfinite(L)) else NOT_FINITE
-    return L, len(b), status
+    return L, len(b), OK if np.all(np.isfinite(L)) else NOT_FINITE
 
 
 def gauss(f: Any, times: Any, y: Any, h: float, mu: Any, b: Any, L: Any) -> Any:
@@ -49,8 +48,7 @@ def gauss(f: Any, times: Any, y: Any, h: float, mu: Any, b: Any, L: Any) -> Any:
             new[i] = (h * b[i]) * f(times[i], Y[i])
         change = np.abs(new - L).sum(axis=0)
         if not np.all(np.isfinite(change)):
-            failed = NOT_FINITE if iteration == 1 else NOT_CONVERGED
-            return new, iteration * len(b), failed
+            return new, iteration * len(b), NOT_FINITE if iteration == 1 else NOT_CONVERGED
         size = np.abs(y) + np.abs(new).sum(axis=0)
         small = change <= 2.0**-48 * size.max()
         ended = (change == 0.0) | ((change >= least) & (small | (change <= 2.0**-40 * size)))

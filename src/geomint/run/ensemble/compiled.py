@@ -218,7 +218,7 @@ def _call_of(stepper: Stepper, blocks: dict[str, Block]) -> Call:
     moving = len(blocks["moved"]) > 0
     names = stepper.kernel.fingerprint, *(f.recorded.fingerprint for f in stepper.functions)
     key = (*names, str(moving))
-    jitted = isinstance(stepper.functions[0].entry(), Code)  # not with NUMBA_DISABLE_JIT
+    jitted = type(stepper.functions[0].entry()) is Code  # not with NUMBA_DISABLE_JIT
     if stepper.lane_by_lane and jitted and key not in _alone:
         try:
             return _call_in(members(moving), stepper, blocks)

@@ -79,11 +79,9 @@ def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcom
     here = np.flatnonzero(given.admitted)
     if asked.steps_alone and len(here):
         with contextlib.suppress(GeomintError):  # of the first member, which its own run will tell
-            whole = len(here) == len(given)
-            moved = run_compiled(asked, given if whole else given.of(here), stop)
-            if moved is not None and whole:
-                found = moved
-            elif moved is not None:
+            part = given if given.admitted.all() else given.of(here)
+            moved = run_compiled(asked, part, stop)
+            if moved is not None:
                 found.take(here, moved)
     left = [k for k, status in enumerate(found.status) if status == NOT_RUN]
     run_single(asked, given, left, stop, found)
@@ -244,9 +242,7 @@ def _collected(
             failure = failure or begin()
     finally:
         end()
-    if isinstance(failure, KeyboardInterrupt):
-        raise failure
-    if isinstance(failure, GeomintError):  # of a reading
+    if isinstance(failure, KeyboardInterrupt | GeomintError):  # Ctrl-C, or of a reading
         raise failure
     if failure is not None:
         raise EnsembleError(f"workers have ended: {quoted(failure)}") from failure

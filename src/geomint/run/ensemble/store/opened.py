@@ -76,8 +76,7 @@ def open_ensemble(path: str | PathLike[str]) -> Ensemble:
         method: Any = StoredMethod(about["method"], adaptive=about["adaptive"])
         differing = {of: numbers_in(a) for (of, _), a in arrays.of_role("parameter").items()}
         states = numbers_in(arrays.find("states"))
-        admitted = (states == states).all(axis=1)
-        given = _Known((problem,), states, admitted, parameters=differing)
+        given = _Known((problem,), states, (states == states).all(axis=1), parameters=differing)
         readings = {
             of: _Read(role == "merged", str(a.attrs["kind"]), str(a.attrs["quantity"]))
             for role in ("reading", "merged")
