@@ -1,6 +1,8 @@
 """Every bad input is one message that names the key, the value and what was expected."""
 
+import contextlib
 import dataclasses
+import re
 import tomllib
 from pathlib import Path
 
@@ -158,6 +160,47 @@ def test_missing_file(tmp_path):
 def test_a_folder_is_no_scene(tmp_path):
     with pytest.raises(gi.SceneError, match="cannot be read"):
         gi.load_scene(tmp_path)
+
+
+def test_a_file_without_an_end_is_no_scene():
+    if not Path("/dev/zero").exists():
+        pytest.skip("not on this platform")
+    with pytest.raises(gi.SceneError, match=r"'/dev/zero' is too long: expected at most \d+ char"):
+        gi.load_scene("/dev/zero")
+
+
+def test_a_byte_order_mark_is_none_of_the_text(tmp_path):
+    scene = gi.load_scene(write(tmp_path, "\ufeff" + scenes.REDUCED))
+    assert scene.toml() == scenes.REDUCED
+
+
+SECTIONS = sorted(tomllib.loads(scenes.REDUCED))
+COMMANDS = ["check", "run", "drift", "compare", "scan", "section", "chaos", "warm", "exact"]
+
+
+def test_damaged_sections_are_told_by_all_commands(tmp_path):
+    """Left out, of a wrong kind, empty, a list of tables, twice: one message, exit code 2."""
+    whole = scenes.REDUCED
+    texts = {
+        "": "[system] is missing",
+        "# nothing": "[time] is missing: expected this section, with",
+    }
+    for name in SECTIONS:
+        rest = re.sub(rf"\[{name}\]\n(.+\n)*?(?=\[|$)", "", whole)
+        texts[rest] = f"[{name}] is missing" if name in ("system", "time") else ""
+        texts |= {f"{name} = {bad}\n{rest}": f"[{name}] = " for bad in ("1", "[]", "[{}]")}
+        texts[whole.replace(f"[{name}]", f"[[{name}]]")] = "in single brackets"
+        texts[f"{whole}\n[{name}]"] = "twice"
+        texts[f"[{name}]\n{rest}"] = ""
+    for text, words in texts.items():
+        path = str(write(tmp_path, text))
+        with contextlib.suppress(gi.SceneError):
+            gi.load_scene(path)
+            continue  # what may be left out
+        for command in COMMANDS:
+            result = CliRunner().invoke(main, [command, path])
+            assert (result.exit_code, type(result.exception)) == (2, SystemExit), (command, text)
+            assert words in result.stderr
 
 
 def test_text_that_is_no_utf8(tmp_path):

@@ -50,9 +50,9 @@ _EXPECTED = {
     "string_type": "a string",
     "string_too_short": "a name",
     "list_type": "a list",
-    "dict_type": "a section of keys",
-    "model_type": "a section of keys",
-    "model_attributes_type": "a section of keys",
+    "dict_type": "a section of keys, below its name in single brackets",
+    "model_type": "a section of keys, below its name in single brackets",
+    "model_attributes_type": "a section of keys, below its name in single brackets",
     "bool_type": "true or false",
     "finite_number": "a finite number",
 }

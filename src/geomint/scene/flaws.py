@@ -61,13 +61,14 @@ class Flaws(list[str]):
         sound, flawed = {}, set()
         for name, field in Content.model_fields.items():
             kind: Any = field.annotation
+            if name not in raw and not field.is_required():
+                continue
             try:
-                if name in raw:
-                    sound[name] = TypeAdapter(kind).validate_python(raw[name])
+                sound[name] = TypeAdapter(kind).validate_python(raw.get(name))
             except ValidationError:
                 flawed.add(name)
                 if isinstance(kind, type) and issubclass(kind, BaseModel):
-                    sound[name] = mended(kind, raw[name]) or kind.model_construct()
+                    sound[name] = mended(kind, raw.get(name)) or kind.model_construct()
         return Looked(Content.model_construct(**sound), frozenset(flawed))
 
     def error(self, name: str) -> SceneError:

@@ -21,6 +21,10 @@ from ..errors import SceneError, nearest, quoted, shortened
 if TYPE_CHECKING:
     from .scene import Scene
 
+LONGEST_FILE = (
+    2**26
+)  # characters: a million times in `t_eval` have 20 million; /dev/zero has no end
+
 
 def builtin_scenes() -> dict[str, Traversable]:
     """Return the files of all registered scenes by name, sorted."""
@@ -92,7 +96,7 @@ def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], str, bool]
     if isinstance(source, str) and not (name.endswith(".toml") or "/" in name or "\\" in name):
         known = builtin_scenes()
         if name in known:
-            text = known[name].read_text(encoding="utf-8")
+            text = known[name].read_text(encoding="utf-8-sig")
             return name, parse(name, text), text, True
         if not isfile(name):  # of a name that is too long for one as well
             hint = nearest(name, known, "`geomint scenes`")
@@ -103,7 +107,8 @@ def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], str, bool]
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        with path.open(encoding="utf-8-sig") as file:
+            text = file.read(LONGEST_FILE + 1)
     except FileNotFoundError:
         close = nearest(path.name, [p.name for p in path.parent.glob("*.toml")])
         raise SceneError(f"scene file {quoted(str(path))} does not exist.{close}") from None
@@ -112,6 +117,10 @@ def _read(path: Path) -> str:
         raise SceneError(f"scene file {quoted(str(path))} cannot be read: {reason}") from None
     except ValueError as error:  # no UTF-8, or no path
         raise SceneError(f"scene file {quoted(str(path))} cannot be read: {error}") from None
+    if len(text) > LONGEST_FILE:
+        longest = f"at most {LONGEST_FILE} characters"
+        raise SceneError(f"scene file {quoted(str(path))} is too long: expected {longest}")
+    return text
 
 
 def parse(name: str, text: str) -> dict[str, Any]:

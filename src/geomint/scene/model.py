@@ -229,9 +229,9 @@ class Content(Section):
 
     title: str = ""
     description: str = ""
-    system: SystemSection
+    system: SystemSection = Field(description='this section, with name = "…": `geomint scenes`')
     initial: dict[str, Any] = Field(default_factory=dict)
-    time: TimeSection
+    time: TimeSection = Field(description="this section, with an end such as t_end = 100.0")
     integrate: IntegrateSection = Field(default_factory=IntegrateSection)
     observe: ObserveSection = Field(default_factory=ObserveSection)
     save: SaveSection = Field(default_factory=SaveSection)
