@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.methods import gauss
 
 REDUCED = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -101,6 +102,16 @@ def test_a_step_that_is_too_large_is_foretold():
     told = plan(gi.Scene(**REDUCED, integrate=given)).evaluations
     assert told.value == "the run will fail"
     assert "did not converge" in told.reason
+
+
+@pytest.mark.parametrize("options", [{}, {"max_iterations": 10**6}, {"iteration": "newton"}])
+def test_a_step_for_newtons_method_is_not_tried(monkeypatch, options):
+    """It would take minutes in plain Python, and so would a million iterations."""
+    monkeypatch.setattr(gauss, "newton_kernel", None)
+    given = {"method": "gauss-8", "step": 1e6, **options}
+    told = plan(gi.Scene(**{**HAMILTONIZED, "integrate": given})).evaluations
+    assert (told.value, told.chosen) == ("not known", None)
+    assert ("the step is too long" in told.reason) == ("iteration" not in options)
 
 
 @pytest.mark.parametrize("save", [{}, {"every": 3}, {"t_eval": [0.1, 0.7, 2.0]}])

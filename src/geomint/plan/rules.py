@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from ..errors import SceneError, StepError
+from ..kernels.solve.status import NOT_CONVERGED
 from ..methods.method import Method, Start
 from ..problems.evaluate import value
 from ..problems.problem import Problem
@@ -20,6 +21,7 @@ from .tolerance import told_accuracy
 
 _PROBE_STEPS = 4
 _PROBE_ROWS = 64
+_PROBE_CAP = 100  # iterations
 
 
 def choose_method(c: Asked, problem: Problem) -> Choice[Method]:
@@ -228,6 +230,12 @@ def estimate_evaluations(
     from ..kernels.numbers.blocks import scalar_block
 
     start = Start(route.problem, route.state, 0.0, timeline.h, clock=clock, compiled=False)
+    if implicit:  # Newton's method, and many iterations, would take minutes in plain Python
+        if method.options.get("iteration") == "newton":
+            return Choice(what, None, "not known", "Newton's method is not tried before the run")
+        few = {"max_iterations": min(method.options["max_iterations"], _PROBE_CAP)}
+        fixed = {"iteration": "fixed-point"} if "iteration" in method.options else {}
+        method = method.with_options(**few, **fixed)
     stepper = method.start(start)
     if method.adaptive:
         few = stepper.evaluations_in(1000, 1000) / 1000
@@ -239,7 +247,13 @@ def estimate_evaluations(
         return Choice(what, total, f"{total:.4g}", f"{stepper.evaluations:g} a step")
     first = stepper.advance(0, 1, 1, scalar_block(stepper.rows))
     rest = stepper.advance(1, _PROBE_STEPS, _PROBE_STEPS, scalar_block(stepper.rows))
-    if first.status or rest.status:
+    if failed := first.status or rest.status:
+        if failed == NOT_CONVERGED and method != c.method:
+            reason = (
+                f"{first.iterations + rest.iterations} iterations found no fixed point: the step is "
+                "too long, or needs Newton's method; give a shorter one, or none for the default"
+            )
+            return Choice(what, None, "not known", reason)
         error: StepError = stepper.error(first if first.status else rest, 0 if first.status else 1)
         return Choice(what, None, "the run will fail", str(error))
     iterations = rest.iterations / _PROBE_STEPS
