@@ -175,6 +175,36 @@ def test_a_terminal_that_is_gone(command):
     assert (done.returncode, done.stderr) == (1, "")
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])
+def test_what_an_encoding_lacks_is_escaped(encoding):
+    """Names, titles and tables have letters that no encoding but those of Unicode has."""
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    for words in (("methods",), ("check", "hamiltonized-n3"), ("inertia", "--help")):
+        run = [sys.executable, "-m", "geomint", *words]
+        done = subprocess.run(run, capture_output=True, env=environment, check=False)
+        assert (done.returncode, b"Traceback" in done.stderr) == (0, False), words
+        assert words[0] != "check" or b"\\u" in done.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
+@pytest.mark.parametrize(
+    ("command", "closed", "code", "told"),
+    [
+        ("scenes", ">&-", 2, "geomint: standard output cannot be written"),
+        ("check sphere-n3", ">&- 2>&-", 2, ""),
+        ("scenes", "2>&- <&-", 0, ""),
+        ("check sphere-n", "2>/dev/full", 2, ""),
+        ("scenes", "| true", 1, ""),
+    ],
+)
+def test_streams_that_are_closed(command, closed, code, told):
+    geomint = f"set -o pipefail; {sys.executable} -m geomint {command} {closed}"
+    done = subprocess.run(["bash", "-c", geomint], capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    assert done.stderr.startswith(told)
+    assert done.stderr.count("\n") == bool(told)
+
+
 def test_a_run_that_failed_is_seen_in_every_file(tmp_path):
     file = by_fixed_point(tmp_path)
     assert invoke("drift", file, "--step", 40, "--out", tmp_path).exit_code == 2

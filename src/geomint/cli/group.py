@@ -1,7 +1,9 @@
 """The command group: lazy commands, and errors as one message and an exit code."""
 
+import contextlib
 import functools
 import importlib
+import io
 import os
 import sys
 import traceback
@@ -124,12 +126,14 @@ class LazyGroup(click.Group):
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
         arguments = list(sys.argv[1:] if args is None else args)
+        _mend_streams()
         with signals_as_ctrl_c() as received:
             try:
                 result = super().main(arguments, prog_name, complete_var, False, **extra)
                 code = result if isinstance(result, int) else 0
             except click.ClickException as error:
-                error.show()
+                with contextlib.suppress(OSError):
+                    error.show()
                 code = error.exit_code
             except (click.Abort, KeyboardInterrupt):
                 print_message("interrupted")
@@ -146,6 +150,16 @@ class LazyGroup(click.Group):
         except OSError as error:
             code = _output_failed(error)
         sys.exit(code)
+
+
+def _mend_streams() -> None:
+    """Let characters that an encoding lacks be escaped; a closed standard output fails when written."""
+    for name, mode in (("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, mode), "w", encoding="utf-8"))
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:

@@ -9,7 +9,7 @@ import threading
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -198,8 +198,9 @@ def print_notes(scene: Scene, more: Iterable[str] = ()) -> None:
 
 
 def print_message(text: str) -> None:
-    """Print a line of geomint's own on standard error."""
-    click.echo(f"geomint: {printable(text)}", err=True)
+    """Print a line of geomint's own on standard error; where that cannot be written, nothing."""
+    with suppress(OSError):
+        click.echo(f"geomint: {printable(text)}", err=True)
 
 
 def print_line(text: str) -> None:

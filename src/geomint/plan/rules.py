@@ -233,9 +233,12 @@ def estimate_evaluations(
     if implicit:  # Newton's method, and many iterations, would take minutes in plain Python
         if method.options.get("iteration") == "newton":
             return Choice(what, None, "not known", "Newton's method is not tried before the run")
-        few = {"max_iterations": min(method.options["max_iterations"], _PROBE_CAP)}
-        fixed = {"iteration": "fixed-point"} if "iteration" in method.options else {}
-        method = method.with_options(**few, **fixed)
+        changed: dict[str, object] = {
+            "max_iterations": min(method.options["max_iterations"], _PROBE_CAP)
+        }
+        if "iteration" in method.options:
+            changed["iteration"] = "fixed-point"
+        method = method.with_options(**changed)
     stepper = method.start(start)
     if method.adaptive:
         few = stepper.evaluations_in(1000, 1000) / 1000
@@ -245,18 +248,20 @@ def estimate_evaluations(
     if not implicit:
         total = steps * stepper.evaluations
         return Choice(what, total, f"{total:.4g}", f"{stepper.evaluations:g} a step")
-    first = stepper.advance(0, 1, 1, scalar_block(stepper.rows))
-    rest = stepper.advance(1, _PROBE_STEPS, _PROBE_STEPS, scalar_block(stepper.rows))
-    if failed := first.status or rest.status:
-        if failed == NOT_CONVERGED and method != c.method:
-            reason = (
-                f"{first.iterations + rest.iterations} iterations found no fixed point: the step is "
-                "too long, or needs Newton's method; give a shorter one, or none for the default"
-            )
-            return Choice(what, None, "not known", reason)
-        error: StepError = stepper.error(first if first.status else rest, 0 if first.status else 1)
+    first = rest = stepper.advance(0, 1, 1, scalar_block(stepper.rows))
+    tried = min(_PROBE_STEPS, max(_PROBE_CAP // max(first.iterations, 1), 1))
+    if not first.status:
+        rest = stepper.advance(1, tried, tried, scalar_block(stepper.rows))
+    if rest.status == NOT_CONVERGED and method != c.method:
+        reason = (
+            f"{rest.iterations} iterations found no fixed point: the step is too long, or needs "
+            "Newton's method; give a shorter one, or none for the default"
+        )
+        return Choice(what, None, "not known", reason)
+    if rest.status:
+        error: StepError = stepper.error(rest, 0 if first.status else 1)
         return Choice(what, None, "the run will fail", str(error))
-    iterations = rest.iterations / _PROBE_STEPS
+    iterations = rest.iterations / tried
     total = steps * iterations * stepper.evaluations
     each = f"{iterations:.3g} iterations of {stepper.evaluations:g} a step"
-    return Choice(what, total, f"about {total:.3g}", f"{each}, tried on {_PROBE_STEPS} steps")
+    return Choice(what, total, f"about {total:.3g}", f"{each}, tried on {tried} steps")
