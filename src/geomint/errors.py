@@ -16,7 +16,10 @@ from collections.abc import Callable, Iterable, Mapping
 from contextvars import ContextVar
 from difflib import get_close_matches
 from math import log10
-from typing import Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 __all__ = [
     "ArgumentError",
@@ -48,6 +51,8 @@ __all__ = [
     "UnknownReferenceError",
     "WatcherError",
     "closest",
+    "leave_out",
+    "loaded",
     "nearest",
     "printable",
 ]
@@ -250,7 +255,24 @@ def _packages() -> set[str]:
     """Return geomint and the packages that register systems: a user did not write their lines."""
     from importlib.metadata import entry_points
 
-    return {"geomint", *(p.module.split(".")[0] for p in entry_points(group="geomint.systems"))}
+    systems = entry_points(group="geomint.systems")
+    return {"geomint", *(p.value.partition(":")[0].partition(".")[0] for p in systems)}
+
+
+def loaded(point: EntryPoint) -> Any:
+    """Return what an entry point stands for; `MissingCodeError`, whatever its package raises."""
+    try:
+        return point.load()
+    except (Exception, SystemExit) as error:
+        what = f"entry point {point.name!r} of the group {point.group}"
+        why = f"{point.value!r} cannot be loaded: {type(error).__name__}: {error}"
+        raise MissingCodeError(what, why) from error
+
+
+def leave_out(point: EntryPoint, expected: str, error: BaseException) -> None:
+    """Warn that nothing is taken from an entry point."""
+    said = f"entry point {point.name!r} of the group {point.group} is left out: expected {expected}"
+    tell(LeftOutWarning(f"{said}; {type(error).__name__}: {error}", point.name))
 
 
 def keeping(function: Callable[P, R]) -> Callable[P, R]:

@@ -12,6 +12,7 @@ import geomint as gi
 from chaplygin import scenes
 from geomint.cli import group as group_module, main
 from geomint.methods import methods
+from geomint.watch.registry import plugged
 
 # What is in pictures: tests/report.
 pytestmark = pytest.mark.usefixtures("blank_pictures")
@@ -254,6 +255,58 @@ def test_commands_of_other_packages(monkeypatch):
     monkeypatch.setattr(group_module, "entry_points", lambda group: points)
     assert "hello" in invoke("--help").stdout
     assert invoke("hello").stdout == "hello\n"
+
+
+@pytest.mark.filterwarnings("default::geomint.LeftOutWarning")
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("absent_module:x", "ModuleNotFoundError"),
+        ("of_bad_syntax:x", "SyntaxError"),
+        ("that_exits:x", "SystemExit"),
+        ("that_fails:x", "KeyError"),
+        ("json:loads", "is not a"),
+        ("no value", "AttributeError"),
+    ],
+)
+def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, monkeypatch):
+    """One line and exit code 2 for who names what it registers; the rest is as it was."""
+    for name, text in (("of_bad_syntax", "x ="), ("that_exits", "exit()"), ("that_fails", "{}[0]")):
+        (tmp_path / f"{name}.py").write_text(f'"""Of a package."""\n{text}\n', encoding="utf-8")
+    info = tmp_path / "broken-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n", "utf-8")
+    groups = ("systems", "scenes", "methods", "commands", "watchers", "stress")
+    entries = "".join(f"[geomint.{group}]\nbad = {value}\n" for group in groups)
+    (info / "entry_points.txt").write_text(f"{entries}[geomint.methods]\nrk-4 = {value}\n", "utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[system]\nname = "bad"\n[time]\nt_end = 1.0\n', encoding="utf-8")
+    caches = methods, plugged
+    for cached in caches:
+        cached.cache_clear()
+    try:
+        told = {
+            c: invoke(*c.split())
+            for c in ("--help", "methods", "scenes", "check sphere-n3", "bad", f"check {scene}",
+                      "check sphere-n3 --observe energy,bad", "check sphere-n3 --method bad",
+                      "stress --axis momentum --systems no-such")
+        }  # fmt: skip
+        assert methods()["rk-4"].order == 4
+    finally:
+        for cached in caches:
+            cached.cache_clear()
+    assert all(isinstance(t.exception, SystemExit | None) for t in told.values()), told
+    for command in ("--help", "methods", "scenes", "check sphere-n3"):
+        assert told[command].exit_code == 0
+    assert "sphere-n3" in told["scenes"].stdout
+    assert "'bad' of the group geomint.scenes is left out" in told["scenes"].stderr or "j" in value
+    assert "'bad' of the group geomint.methods is left out" in told["methods"].stderr
+    for command in ("bad", f"check {scene}", "check sphere-n3 --observe energy,bad"):
+        said = [line for line in told[command].stderr.splitlines() if "warning" not in line]
+        assert (told[command].exit_code, len(said)) == (2, 1), told[command].stderr
+        assert words in said[0] or "expected a geomint.Watcher" in said[0]
+    assert told["check sphere-n3 --method bad"].exit_code == 2
 
 
 def test_a_system_of_another_package(monkeypatch, tmp_path):

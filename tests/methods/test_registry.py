@@ -66,6 +66,8 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
     offered = {"mine-3": mine, "other-name": mine, "no-method": print, "silent": silent}
 
     class Point:
+        group, value = "geomint.methods", "other:method"
+
         def __init__(self, name: str) -> None:
             self.name = name
 

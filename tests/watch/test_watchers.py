@@ -448,7 +448,7 @@ def test_names_of_other_packages(plug: Any) -> None:
 def test_broken_entry_points(plug: Any, value: str, words: str) -> None:
     """An error that names the entry point, in scenes too; others do not suffer."""
     plug(MINE, bad=value, zero="mine:Zero")
-    with pytest.raises(gi.DomainError, match=words):
+    with pytest.raises(gi.GeomintError, match=words):
         solved("bad")
     assert solved("zero", 1.0).success
     scene = gi.load_scene("hamiltonized-n3")

@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import GeomintError, GeomintWarning
+from ..errors import GeomintError, GeomintWarning, loaded
 from .options import exit_code, print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
@@ -89,7 +89,7 @@ class LazyGroup(click.Group):
                     hint = f"Did you mean {close[0]!r}?" if close else f"Known: {', '.join(known)}."
                     ctx.fail(f"no such command {cmd_name!r}. {hint}")
                 return None
-            command = point.load()
+            command = loaded(point)
         if not isinstance(command, click.Command):
             raise GeomintError(f"command {cmd_name!r} is not a click command: {command!r}")
         for parameter in command.params:
@@ -107,7 +107,7 @@ class LazyGroup(click.Group):
         """Write the list of commands without importing any."""
         rows = list(COMMANDS.items())
         for name, point in sorted(_others().items()):
-            rows.append((name, summary(point.module, point.attr)))
+            rows.append((name, summary(*point.value.split(":", 1))))
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 
-def summary(module: str, function: str) -> str:
+def summary(module: str, function: str = "") -> str:
     """Return the first line of a function's docstring, read from the source of its module.
 
     Of the packages around nothing is imported either. Where there is no such text, the package's name.
@@ -13,7 +13,7 @@ def summary(module: str, function: str) -> str:
     package = module.partition(".")[0]
     try:
         tree = ast.parse(_source(module).read_text(encoding="utf-8"))
-    except (ImportError, OSError, SyntaxError, ValueError):
+    except (Exception, SystemExit):  # whatever is wrong with it
         return f"From {package}."
     for node in tree.body:
         if isinstance(node, ast.FunctionDef) and node.name == function:

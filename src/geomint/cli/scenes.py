@@ -21,9 +21,12 @@ def command() -> None:
     columns = [*(columns if wide else columns[:2]), Column("method", no_wrap=True)]
     rows = []
     for name, file in builtin_scenes().items():
-        content = parse(name, file.read_text(encoding="utf-8"))
-        system = content.get("system", {}).get("name", "")
-        method = content.get("integrate", {}).get("method", "gauss-8")
-        title = printable(content.get("title", ""))
+        try:
+            content = parse(name, file.read_text(encoding="utf-8"))
+            system = content.get("system", {}).get("name", "")
+            method = content.get("integrate", {}).get("method", "gauss-8")
+            title = printable(content.get("title", ""))
+        except Exception as error:  # a file that is broken must not take the others with it
+            system, method, title = "", "", printable(f"broken: {error}")
         rows.append((name, title, *([system] if wide else []), method))
     console.print(fitted(console, columns, rows, ["method", "title"], pad_edge=wide))

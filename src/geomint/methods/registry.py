@@ -4,7 +4,7 @@ import functools
 from importlib.metadata import entry_points
 from typing import Any
 
-from ..errors import LeftOutWarning, MethodError, nearest, quoted, tell
+from ..errors import MethodError, leave_out, loaded, nearest, quoted
 from ..tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -49,14 +49,13 @@ def methods() -> dict[str, Method]:
     found = {method.name: method for method in own}
     for point in entry_points(group="geomint.methods"):
         try:
-            method = checked_method("entry point", point.load())
+            method = checked_method("entry point", loaded(point))
             if method.name != point.name:
                 raise MethodError(f"its name is {method.name!r}")
-            found[point.name] = method
+            if method is not found.setdefault(point.name, method):
+                raise MethodError("there is another method of that name")
         except Exception as error:  # a package that is broken must not take the others with it
-            said = f"entry point {point.name!r} of the group geomint.methods is left out: expected "
-            text = f"{said}a geomint.Method of that name; {type(error).__name__}: {error}"
-            tell(LeftOutWarning(text, point.name))
+            leave_out(point, "a geomint.Method of that name", error)
     return found
 
 

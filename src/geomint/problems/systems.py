@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..arguments import Array
-from ..errors import SceneError, nearest, quoted
+from ..errors import SceneError, loaded, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 from .time_transformation import time_transformed
@@ -119,7 +119,7 @@ def find_system(name: str) -> System:
     """Return the registered system of that name, or raise `SceneError`."""
     for point in entry_points(group="geomint.systems"):
         if point.name == name:
-            system = point.load()
+            system = loaded(point)
             if not isinstance(system, System):
                 raise SceneError(f"entry point {point.value!r} is not a geomint.System")
             return system

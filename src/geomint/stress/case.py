@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 
-from ..errors import DomainError
+from ..errors import DomainError, leave_out, loaded
 from ..problems.systems import Model
 
 Names = tuple[str, ...]
@@ -116,10 +116,14 @@ def stress_cases() -> list[StressCase]:
     """Return the cases of all packages, axis by axis."""
     found: list[StressCase] = []
     for point in sorted(entry_points(group="geomint.stress"), key=lambda p: p.name):
-        cases = point.load()()
-        for case in cases:
-            if not isinstance(case, StressCase):
-                raise DomainError(f"entry point {point.value}", case, "geomint.StressCase objects")
-        found.extend(cases)
+        try:
+            cases = loaded(point)()
+            for case in cases:
+                if not isinstance(case, StressCase):
+                    raise DomainError(f"entry point {point.value}", case, "geomint.StressCase objects")
+        except Exception as error:  # a package that is broken must not take the others with it
+            leave_out(point, "a function that returns geomint.StressCase objects", error)
+        else:
+            found.extend(cases)
     axes = list(dict.fromkeys(case.axis.name for case in found))
     return sorted(found, key=lambda case: axes.index(case.axis.name))

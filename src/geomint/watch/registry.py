@@ -9,7 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from ..arguments import whole
-from ..errors import DomainError, GeomintError
+from ..errors import DomainError, loaded
 from .kinds import KINDS
 from .measure import InvariantMeasure
 from .symplectic import SymplecticDefect
@@ -30,7 +30,7 @@ def registered(name: str) -> Watcher | None:
 
     Raises
     ------
-    DomainError
+    MissingCodeError, DomainError
         For an entry point that is broken.
     """
     if name in OWN:
@@ -39,13 +39,7 @@ def registered(name: str) -> Watcher | None:
     if point is None:
         return None
     where = f"entry point {name!r} of the group geomint.watchers"
-    try:
-        return checked_watcher(where, point.load())
-    except GeomintError:
-        raise
-    except Exception as error:  # whatever a broken package raises
-        expected = f"a geomint.Watcher; {type(error).__name__}: {error}"
-        raise DomainError(where, point.value, expected) from error
+    return checked_watcher(where, loaded(point))
 
 
 def checked_watcher(where: str, given: Any) -> Watcher:
