@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -156,6 +157,30 @@ def test_report_files(tmp_path):
     assert f"differ by {second['difference']:.2g}" in page
     for name in ("compare.png", "compare.svg", "compare-drift.png", "compare-drift.svg"):
         assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_why_a_longer_step_takes_longer(tmp_path):
+    """Newton's method, or more iterations, as the page says; not a time that may be noise."""
+    scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
+    result = compare_scene(scene, ["gauss-8"], [1.0, 0.5], repeats=1)
+    coarse, fine = result.points
+    assert (coarse.newton, fine.newton) == (True, False)
+    assert coarse.iterations / coarse.steps > 2.0 * fine.iterations / fine.steps > 10.0
+    slow, quick = replace(coarse, seconds=2.0), replace(fine, seconds=1.0)
+    turns = "The curve of gauss-8 turns back: steps of 1 take longer than those of 0.5, because"
+    for points, words in (
+        ([slow, quick], f"{turns} fixed-point iteration fails"),
+        ([replace(slow, newton=False), quick], f"{turns} a step takes"),
+        ([replace(slow, iterations=1, newton=False), quick], ""),
+        ([coarse, replace(fine, seconds=3.0)], ""),
+    ):
+        result.points = points
+        write_compare_report(result, scene, tmp_path)
+        page = (tmp_path / "compare.html").read_text()
+        assert words in page
+        assert ("turns back" in page) == bool(words)
+        assert ("Ringed" in page) == points[0].newton == ("s method</td>" in page)
+    assert json.loads((tmp_path / "compare.json").read_text())["points"][0]["newton"]
 
 
 def test_error_is_relative_to_the_largest_entry(model):

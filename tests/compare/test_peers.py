@@ -13,7 +13,7 @@ import pytest
 import geomint as gi
 from geomint.compare import peer_runs
 from geomint.compare.peers import PEERS, heyoka_peer
-from geomint.compare.peers.peer import Motion, Peer, PeerError, Ready
+from geomint.compare.peers.peer import End, Motion, Peer, PeerError, Ready
 from geomint.compare.peers.scipy_peer import compiled_field
 from geomint.compare.runs import compare
 from geomint.kernels.numbers.traced import Algebra
@@ -161,6 +161,44 @@ def test_what_is_not_installed_or_fails_says_so(monkeypatch: pytest.MonkeyPatch)
     assert found.without_result == {}
     with pytest.raises(gi.DomainError, match="scipy-dop853"):
         compare(model, {"t_end": 1.0}, ["rk-4"], peers=["scipy-dop85"])
+
+
+def test_a_first_run_of_a_peer_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It compiles what is compiled when it is needed, for longer than runs are repeated for."""
+    clock = [0.0]
+    monkeypatch.setattr(peer_runs.time, "perf_counter", lambda: clock[0])
+    problem, y0 = PENDULUM
+
+    def lazy(motion: Motion) -> Any:
+        def ready(tolerance: float) -> Ready:
+            left = [4.0]
+
+            def run() -> End:
+                clock[0] += left.pop() if left else 0.5
+                return End(y0, 1)
+
+            return Ready(3, run)
+
+        return ready
+
+    peer = Peer("lazy", "numpy", lazy)
+    monkeypatch.setattr(peer_runs, "_settings", lambda peer, motion: [1e-4, 1e-6])
+    endpoint = SimpleNamespace(end_for=lambda p: {"t_end": 1.0}, judged=lambda *a: {"error": 0.1})
+    for repeats, times in ((None, 2), (1, 1), (5, 5)):
+        runs = peer_runs.peer_runs(
+            [peer], model_of(problem, y0), endpoint, None, repeats, {}, print
+        )
+        assert [(p.seconds, p.repeats) for p in runs] == [(0.5, times)] * 2
+
+
+def test_a_package_that_cannot_be_imported_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(motion: Motion) -> Any:
+        raise ImportError("no symbol")
+
+    monkeypatch.setitem(PEERS, "broken", Peer("broken", "numpy", broken))
+    model = model_of(*PENDULUM)
+    found = compare(model, {"t_end": 1.0}, ["rk-4"], peers=["broken"], repeats=1, steps=[0.1])
+    assert found.left_out == {"broken": "ImportError: no symbol"}
 
 
 def test_points_that_would_take_too_long_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -186,10 +186,10 @@ def test_long_steps_are_told() -> None:
     of, (_, y, longest) = spring_pendulum.problem(), STIFF["stiff pendulum"]
     h = 3.0 * longest
     with pytest.warns(gi.GeomintWarning, match="shorter step") as told:
-        gi.solve(of, y, t_end=50 * h, step=h)
+        assert gi.solve(of, y, t_end=50 * h, step=h).newton
     assert len(told) == 1
-    gi.solve(of, y, t_end=50 * h, step=h, method=gi.Gauss(8, iteration="newton"))
-    gi.solve(of, y, t_end=5.0, step=longest / 4.0)
+    assert gi.solve(of, y, t_end=50 * h, step=h, method=gi.Gauss(8, iteration="newton")).newton
+    assert not gi.solve(of, y, t_end=5.0, step=longest / 4.0).newton
 
 
 @LONG

@@ -40,6 +40,9 @@ def peer_runs(
         except FormError as error:
             left_out[peer.name] = str(error)
             continue
+        except (Exception, SystemExit) as error:  # whatever a broken package raises
+            left_out[peer.name] = f"{type(error).__name__}: {error}"
+            continue
         blank = Point(peer.name, 0, name, 0.0, None, peer=f"{peer.package} {version}")
         expected, before = 0.0, 1.0
         for setting in _settings(peer, motion):
@@ -90,14 +93,17 @@ def _point(
     endpoint: Endpoint,
     repeats: int | None,
 ) -> Point:
-    """Return the point of a peer at a setting, run until it has its repeats; the first run warms up."""
+    """Return the point of a peer at a setting, run until it has its repeats.
+
+    A first run is not timed, however long it takes: what compiles when it is needed does so in it.
+    """
     try:
         ready = start(setting)
         point = replace(point, order=ready.order)
-        found, first = _timed(ready)
+        ready.run()
         runs, enough = timed_runs(repeats)
-        seconds: list[float] = [] if first < enough / runs else [first]
-        while len(seconds) < runs and (not seconds or sum(seconds) < enough):
+        seconds: list[float] = []
+        while len(seconds) < runs and sum(seconds) < enough:
             found, last = _timed(ready)
             seconds.append(last)
     except Exception as error:  # whatever another package raises

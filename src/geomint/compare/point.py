@@ -28,6 +28,10 @@ class Point:
         reference than ten times what that is known to.
     bound : float or None
         What the error is at most: the same, or the deviation and what the reference is known to.
+    iterations : int or None
+        Of all steps of an implicit method.
+    newton : bool
+        Whether Newton's method took some of the steps, as `geomint.Solution.newton`.
     seconds : float or None
         Median run time of the repeats, without compilation.
     status : str
@@ -53,3 +57,5 @@ class Point:
     bound: float | None = None
     peer: str | None = None
     warnings: tuple[dict[str, Any], ...] = ()
+    iterations: int | None = None
+    newton: bool = False

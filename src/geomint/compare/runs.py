@@ -227,6 +227,8 @@ def _measured(point: Point, outcome: Outcome, endpoint: Endpoint) -> Point:
         seconds=outcome.seconds,
         steps=solution.steps,
         evaluations=solution.evaluations,
+        iterations=solution.iterations if "max_iterations" in solution.method.options else None,
+        newton=solution.newton,
         repeats=outcome.repeats,
         warnings=tuple(warning.as_json() for warning in solution.warnings),
         **endpoint.judged(solution.problem, solution.y[-1]),

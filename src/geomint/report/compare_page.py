@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +72,8 @@ def write_compare_report(
         provenance=record["provenance"],
         quantities=" and ".join(record["reference"]["quantities"]),
         best=best,
+        turns=_turns(record["points"]),
+        newton=any(p["newton"] for p in record["points"]),
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: picture.uri for name, picture in pictures.items()},
     )
@@ -98,6 +102,28 @@ def _verdict(points: list[Record], best: list[Record]) -> str:
         points_are = "point is" if unjudged == 1 else "points are"
         words += f"{unjudged} {points_are} too near to the reference to be judged by it."
     return words.rstrip()
+
+
+def _turns(points: list[Record]) -> list[str]:
+    """Return in sentences why a longer step of a method takes longer, where one does for a reason."""
+    ladders = sorted(
+        (p for p in points if p["seconds"] and p["iterations"]), key=itemgetter("step")
+    )
+    words = []
+    for method in dict.fromkeys(p["method"] for p in points):
+        for fine, coarse in pairwise(p for p in ladders if p["method"] == method):
+            more = [f"{p['iterations'] / max(p['steps'], 1):.3g}" for p in (coarse, fine)]
+            why = f"a step takes {more[0]} iterations in place of {more[1]}"
+            if coarse["newton"] and not fine["newton"]:
+                why = "fixed-point iteration fails in some steps, which Newton's method takes"
+            elif coarse["iterations"] <= fine["iterations"]:
+                continue
+            if coarse["seconds"] > fine["seconds"]:
+                steps = (
+                    f"steps of {coarse['step']:.4g} take longer than those of {fine['step']:.4g}"
+                )
+                words.append(f"The curve of {method} turns back: {steps}, because {why}.")
+    return words
 
 
 def _best(points: list[Record]) -> list[Record]:

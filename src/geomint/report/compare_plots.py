@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["work_precision_figure"]
 
 SLOPE = "0.35"
+RING = {"linestyle": "none", "marker": "o", "markersize": 10.0, "markerfacecolor": "none"}
 BELOW = 1.35  # times: how far from the line of the method
 
 
@@ -28,8 +29,8 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
 
     Points that failed have no place in it; the page lists them. Those that the reference cannot
     judge are hollow, at what their error is at most. Lines of peers are thin. An error of exactly 0 is
-    drawn at 1e-17, below what float64 resolves. Dotted are slopes of the orders, time ~ error^(−1/p),
-    beside the asymptotic part of the first method of each.
+    drawn at 1e-17, below what float64 resolves. Ringed: Newton's method was at work. Dotted are slopes
+    of the orders, time ~ error^(−1/p), beside the asymptotic part of the first method of each.
     """
     with new_figure(WIDTH, 4.2, layout="constrained") as figure:
         axes = figure.subplots()
@@ -48,6 +49,13 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
                 label = f"{name} (peer)" if peer else name
                 axes.plot(errors, seconds, label=label, markersize=4.5, **style)
                 at_most = [point for point in own if point[2]]
+                ringed = [
+                    (max(p.bound or 0.0, 1e-17), p.seconds)
+                    for p in points
+                    if p.method == name and p.newton and p.seconds and p.bound is not None
+                ]
+                if ringed:
+                    axes.plot(*zip(*ringed, strict=True), **(style | RING))
                 if at_most:
                     errors, seconds, _ = zip(*at_most, strict=True)
                     style.update(linestyle="none", markerfacecolor="white")

@@ -70,6 +70,7 @@ def run_record(solution: Result) -> dict[str, Any]:
         "steps": solution.steps,
         "rejected": solution.rejected,
         "iterations": solution.iterations,
+        "newton": solution.newton,
         "field_evaluations": solution.evaluations,
         "compile_seconds": round(solution.compile_seconds, 6),
         "run_seconds": round(solution.run_seconds, 6),

@@ -341,6 +341,7 @@ class Recorder:
             drift=drift,
             steps=steps,
             iterations=iterations,
+            newton=self._stepper.turned or method.options.get("iteration") == "newton",
             evaluations=self._stepper.evaluations_in(steps, iterations),
             rejected=self._stepper.rejected_in(steps, iterations),
             run_seconds=account.seconds,

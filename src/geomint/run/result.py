@@ -64,6 +64,7 @@ class Result(Compared):
     warnings: tuple[GeomintWarning, ...] = field(default=(), compare=False, repr=False)
     ranked: Ranked | LocalError | None = field(default=None, compare=False, repr=False)
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
+    newton: bool = False
 
     def __post_init__(self) -> None:
         self.events = Events(self.events)

@@ -49,6 +49,8 @@ class Solution(Shown, Pictures, Result):
     iterations, evaluations : int
         Iterations of implicit steps (explicit: steps, rejected ones included); evaluations of the
         problem.
+    newton : bool
+        Whether Newton's method took steps for which fixed-point iteration does not contract.
     run_seconds, watching_seconds, compile_seconds : float
         For the steps; for saving states and evaluating what was observed; for compiling.
     status : str

@@ -120,7 +120,9 @@ def stress_cases() -> list[StressCase]:
             cases = loaded(point)()
             for case in cases:
                 if not isinstance(case, StressCase):
-                    raise DomainError(f"entry point {point.value}", case, "geomint.StressCase objects")
+                    raise DomainError(
+                        f"entry point {point.value}", case, "geomint.StressCase objects"
+                    )
         except Exception as error:  # a package that is broken must not take the others with it
             leave_out(point, "a function that returns geomint.StressCase objects", error)
         else:
