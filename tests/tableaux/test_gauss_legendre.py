@@ -189,7 +189,7 @@ def test_predictor_refuses_what_is_no_ratio(ratio: float) -> None:
 @pytest.mark.parametrize("stages", [0, -1, MAX_GAUSS_STAGES + 1])
 def test_other_numbers_of_stages_are_refused(stages: int) -> None:
     """Only numbers with stored nodes are possible."""
-    with pytest.raises(ValueError, match=f"1 to {MAX_GAUSS_STAGES} stages, got {stages}"):
+    with pytest.raises(ValueError, match=f"stages = {stages}.* 1 to {MAX_GAUSS_STAGES} stages"):
         gauss_legendre(stages)
 
 

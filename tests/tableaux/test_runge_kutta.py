@@ -6,12 +6,22 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from operator import attrgetter
+from typing import Any
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from geomint.tableaux import RUNGE_KUTTA, Tableau, row, rows, runge_kutta_defect
+import geomint as gi
+from geomint.tableaux import (
+    RUNGE_KUTTA,
+    CommutatorFreeTableau,
+    Composition,
+    Tableau,
+    row,
+    rows,
+    runge_kutta_defect,
+)
 from geomint.tableaux.order_conditions import _rooted_trees
 
 METHODS = list(RUNGE_KUTTA.values())
@@ -173,6 +183,31 @@ def test_floats_are_refused() -> None:
     """A float has lost digits before it can be checked."""
     with pytest.raises(TypeError, match="Fractions"):
         replace(RUNGE_KUTTA["heun-2"], b=(0.5, 0.5))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        ({"A": None}, gi.ArgumentError),
+        ({"b": 1}, gi.ArgumentError),
+        ({"b": (0.5, 0.5)}, gi.ArgumentError),
+        ({"tolerance": "none"}, gi.ArgumentError),
+        ({"order": "two"}, gi.MethodError),
+        ({"b": row("1/2 1/3")}, gi.MethodError),
+    ],
+)
+def test_what_is_no_tableau_is_typed(change: dict[str, Any], kind: type[Exception]) -> None:
+    """Of whatever kind the values are; of compositions and flows too."""
+    with pytest.raises(kind):
+        replace(RUNGE_KUTTA["heun-2"], **change)
+    for wrong in (None, ("a",), ("0",)):
+        with pytest.raises(gi.GeomintError):
+            Composition("mine", 4, 2, wrong)  # type: ignore[arg-type]
+        with pytest.raises(gi.GeomintError):
+            CommutatorFreeTableau("mine", 2, wrong, wrong)  # type: ignore[arg-type]
+    for text in (3, "a", "1/0"):
+        with pytest.raises(gi.DomainError, match=r"coefficients = .* rationals"):
+            row(text)  # type: ignore[arg-type]
 
 
 def test_text_is_read_exactly() -> None:

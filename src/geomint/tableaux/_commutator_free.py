@@ -66,9 +66,9 @@ class CommutatorFreeTableau(Exact):
 
     Raises
     ------
-    TypeError
+    ArgumentError
         If a coefficient is not a `Fraction`.
-    ValueError
+    MethodError
         If a stage depends on itself or a later one, or the update has not total weight 1.
     """
 
@@ -79,7 +79,7 @@ class CommutatorFreeTableau(Exact):
     references: tuple[Reference, ...] = ()
     tolerance: Fraction = Fraction(0)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         """Check types, the order of evaluation and the total weight."""
         object.__setattr__(self, "references", checked_references(self.references))
         for i, (start, exponentials) in enumerate(self.flows, start=1):

@@ -43,7 +43,7 @@ class Composition(Exact):
 
     Raises
     ------
-    ValueError
+    MethodError
         If an order is not even, or the composition does not raise the order of its base.
     """
 
@@ -53,7 +53,7 @@ class Composition(Exact):
     fractions: tuple[str, ...]
     references: tuple[Reference, ...] = ()
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         """Check the orders and that the fractions are numbers."""
         object.__setattr__(self, "references", checked_references(self.references))
         if self.order % 2 or self.base_order % 2 or not 0 < self.base_order < self.order:

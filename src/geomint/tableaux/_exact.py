@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Array
+from ..errors import ArgumentError, DomainError, MethodError
 
 __all__ = ["Array", "Exact", "Row", "nearest", "read_only", "row", "rows"]
 
@@ -41,7 +42,11 @@ def row(text: str, length: int = 0) -> Row:
     >>> row("1/2 0.25", length=3)
     (Fraction(1, 2), Fraction(1, 4), Fraction(0, 1))
     """
-    read = tuple(Fraction(word) for word in text.split())
+    try:
+        read = tuple(Fraction(word) for word in text.split())
+    except (AttributeError, ValueError, ZeroDivisionError):
+        expected = "rationals with blanks between, such as '1/2 0.25'"
+        raise DomainError("coefficients", text, expected) from None
     return read + (Fraction(0),) * (length - len(read))
 
 
@@ -74,6 +79,18 @@ class Exact:
 
     Binary coefficients, which are read-only and shared, are made again.
     """
+
+    def __post_init__(self) -> None:
+        """Check what was given; values of wrong kinds, and coefficients that fit nothing, are typed."""
+        try:
+            self._check()
+        except ValueError as error:
+            raise MethodError(str(error)) from None
+        except (TypeError, AttributeError, ArithmeticError) as error:
+            raise ArgumentError(f"{type(self).__name__}: {error}") from error
+
+    def _check(self) -> None:
+        """Check types, shapes and sums."""
 
     def __getstate__(self) -> dict[str, Any]:
         return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]

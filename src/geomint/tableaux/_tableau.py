@@ -12,6 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 
+from ..arguments import whole
 from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
 
@@ -51,9 +52,9 @@ class Tableau(Exact):
 
     Raises
     ------
-    TypeError
+    ArgumentError
         If a coefficient is not a `Fraction` (a float has already lost digits).
-    ValueError
+    MethodError
         If shapes disagree or a sum is wrong by more than `tolerance`.
     """
 
@@ -69,10 +70,10 @@ class Tableau(Exact):
     order_low: int | None = None
     tolerance: Fraction = Fraction(0)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         """Check types, shapes and sums."""
         object.__setattr__(self, "references", checked_references(self.references))
-        s = self.stages
+        s, _ = self.stages, whole("order", self.order, 1)
         embedded = [weights for weights in (self.b_hat, self.b_low) if weights is not None]
         vectors = (self.b, self.c, *self.A, *embedded)
         if not all(isinstance(x, Fraction) for x in chain.from_iterable(vectors)):

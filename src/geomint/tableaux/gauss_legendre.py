@@ -22,6 +22,7 @@ from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from functools import cache
 from math import cos, pi
 
+from ..errors import DomainError
 from ._collocation import DIGITS, HALF, legendre
 from ._gauss_tableau import GaussTableau
 
@@ -46,7 +47,7 @@ def gauss_legendre(stages: int) -> GaussTableau:
         Always the same object for the same number.
     """
     if stages not in range(1, MAX_GAUSS_STAGES + 1):
-        raise ValueError(f"Gauss methods have 1 to {MAX_GAUSS_STAGES} stages, got {stages}")
+        raise DomainError("stages", stages, f"1 to {MAX_GAUSS_STAGES} stages of Gauss methods")
     with localcontext(DIGITS):
         below = [_node(i, stages) for i in range(stages // 2)]
         middle = [HALF] if stages % 2 else []

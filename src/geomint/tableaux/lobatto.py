@@ -29,6 +29,7 @@ from math import cos, pi
 
 import numpy as np
 
+from ..errors import DomainError
 from ._collocation import DIGITS, HALF, extrapolation, halves_about_half, legendre
 from ._exact import Array, read_only
 
@@ -127,7 +128,7 @@ def lobatto_pair(stages: int) -> LobattoPair:
         Always the same object for the same number.
     """
     if stages not in range(2, MAX_LOBATTO_STAGES + 1):
-        raise ValueError(f"the pairs have 2 to {MAX_LOBATTO_STAGES} stages, got {stages}")
+        raise DomainError("stages", stages, f"2 to {MAX_LOBATTO_STAGES} stages of the pairs")
     s = stages
     with localcontext(DIGITS):
         left = [Decimal(-1), *(_node(i, s) for i in range(1, s // 2))]
