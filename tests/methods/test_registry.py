@@ -93,6 +93,27 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
+    ("word", "meant", "family"),
+    [
+        ("verlet", "verlet-2", "verlet-2, verlet-4"),
+        ("Verlett", "verlet-2", "verlet-2, verlet-4"),
+        ("rattle", "rattle-2", "rattle-2, rattle-4"),
+        ("RK", "rk-4", "rk-4"),
+        ("gauss", "gauss-8", "gauss-1, gauss-2"),
+        ("lobatto", "lobatto-3", "lobatto-3, lobatto-4"),
+        ("gauss8", "gauss-8", ""),
+        ("cf4", "cf-4", ""),
+        ("dop", "dop853", ""),
+    ],
+)
+def test_what_a_wrong_name_may_mean(word: str, meant: str, family: str) -> None:
+    """Of a family without a number the default, or the lowest order, and what else it has."""
+    with pytest.raises(gi.MethodError, match=f"Did you mean '{meant}'") as raised:
+        find_method(word)
+    assert (f" The family: {family}" in str(raised.value)) == bool(family)
+
+
+@pytest.mark.parametrize(
     "name",
     ["gauss-3", "lobatto-4", "rattle-2", "rattle-4", "rattle-kahan-li-6", "gauss-1-suzuki-4"],
 )

@@ -1,10 +1,11 @@
 """Methods by name."""
 
 import functools
+from collections.abc import Mapping
 from importlib.metadata import entry_points
 from typing import Any
 
-from ..errors import MethodError, leave_out, loaded, nearest, quoted
+from ..errors import MOST_NAMES, MethodError, closest, leave_out, loaded, nearest, quoted
 from ..tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -25,6 +26,7 @@ from .rkmk import RKMK
 from .splitting import Verlet
 
 _EXACT = Exact()
+DEFAULT = "gauss-8"
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
 _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
 
@@ -68,7 +70,7 @@ def find_solver(name: str | Method | None) -> Method:
     """Return what solves a problem: a method, the exact flow among them; gauss-8 for None."""
     if _is_exact(name):
         return _EXACT
-    return find_method("gauss-8" if name is None else name)
+    return find_method(DEFAULT if name is None else name)
 
 
 def _is_exact(name: Any) -> bool:
@@ -94,12 +96,23 @@ def find_method(name: str | Method) -> Method:
         schemes.append(scheme)
         base = f"{base}-2" if base in _FAMILIES else base
     if base not in known or not schemes:
-        hint = nearest(name, [*known, _EXACT.name], "`geomint methods`")
-        raise MethodError(f"method = {quoted(name)}: no such method.{hint}")
+        raise MethodError(f"method = {quoted(name)}: no such method.{_hint(name, known)}")
     method = known[base]
     for scheme in reversed(schemes):
         method = Compose(method, scheme)
     return method
+
+
+def _hint(name: str, known: Mapping[str, Method]) -> str:
+    """Return what may have been meant: of a family without a number its default, and its members."""
+    stem = name.casefold()
+    if not any(map(str.isdigit, name)) and (close := closest(name, known)):
+        stem = close.rpartition("-")[0]
+    family = [other for other in known if other.startswith(f"{stem}-")] if stem else []
+    if not family:
+        return nearest(name, [*known, _EXACT.name], "`geomint methods`")
+    usual = DEFAULT if DEFAULT in family else family[0]
+    return f" Did you mean {usual!r}? The family: {', '.join(family[:MOST_NAMES])}."
 
 
 def _last_scheme(name: str) -> str:
