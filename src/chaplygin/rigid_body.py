@@ -15,6 +15,7 @@ import geomint as gi
 
 from .manifold import Array, warn
 
+LEAST = 4e-3  # of m r²: mass within 0.045 radii
 ROUNDING = 1e-13  # of the largest value: a body as flat as a disc has a J_i of 0
 
 
@@ -45,6 +46,25 @@ def warn_of_mass_tensor(J: Any) -> None:
             -values[0],
             gi.DeclarationWarning,
         )
+
+
+def check_inside(moments: Array, mass: float, radius: float) -> None:
+    """Raise `DomainError` for moments > 0 that no body inside of a ball has, about its centre.
+
+    They sum to twice ∫|x|² dm, which is at most 2 m r². Much less than that is mass in a point, or in
+    grams, or a radius in centimetres.
+    """
+    values, unit = _principal(moments)
+    inside = float(np.sum(values)) * (unit / mass / radius / radius)
+    if values[-1] - float(np.sum(values[:-1])) > ROUNDING * values[-1]:
+        raise gi.DomainError("moments", moments, "I_i ≤ I_j + I_k, as all bodies have")
+    if values[0] > 0.0 and not LEAST <= inside <= 2.0 + ROUNDING:
+        expected = (
+            f"numbers that sum to {LEAST:g} m r² … 2 m r², as those of bodies inside of a ball do, in "
+            f"kg m²; where mass = {mass:g} kg and radius = {radius:g} m: a uniform ball has 0.4 m r² = "
+            f"{0.4 * mass * radius * radius:.3g} three times"
+        )
+        raise gi.DomainError("moments", moments, expected)
 
 
 def _principal(tensor: Any) -> tuple[Array, float]:

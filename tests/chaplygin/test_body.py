@@ -151,9 +151,26 @@ def test_balls_that_are_none(wrong: dict[str, Any]) -> None:
         ch.Ball(**given)
 
 
-def test_moments_that_no_body_has() -> None:
-    with pytest.warns(gi.GeomintWarning, match="no rigid body"):
-        ch.Ball(mass=1.0, radius=1.0, moments=[0.1, 0.1, 0.3])
+@pytest.mark.parametrize(
+    ("mass", "radius", "moments", "words"),
+    [
+        (1.0, 1.0, [0.1, 0.1, 0.3], "I_i ≤ I_j \\+ I_k"),
+        (1.0, 1.0, np.diag([0.1, 0.1, 0.3]), "I_i ≤ I_j \\+ I_k"),
+        (0.2, 0.05, [1.0, 1.0, 1.0], "0.004 m r² … 2 m r².* 0.0002 three times"),
+        (1.0, 1.0, [0.7, 0.7, 0.7], "2 m r²"),
+        (200, 0.05, [2e-4] * 3, "in kg m²"),  # grams
+        (0.2, 5, [2e-4] * 3, "in kg m²"),  # centimetres
+        (200, 5, [2e-4] * 3, "in kg m²"),
+        (0.2, 0.05, [2e3] * 3, "in kg m²"),  # moments in g cm²
+    ],
+)
+def test_moments_that_no_ball_has(mass: float, radius: float, moments: Any, words: str) -> None:
+    """Of a body inside of it, or in another unit; a hollow ball and a heavy core are balls."""
+    with pytest.raises(gi.DomainError, match=f"(?s)moments = .*{words}"):
+        ch.Ball(mass, radius, moments)
+    for share in (2.0 / 3.0, 0.4, 2e-3):
+        ch.Ball(mass, radius, [share * mass * radius**2] * 3)
+    ch.Ball(mass, radius, [0.5 * mass * radius**2, 0.5 * mass * radius**2, mass * radius**2])
 
 
 def test_an_inertia_tensor() -> None:

@@ -107,7 +107,7 @@ GAMMA, OMEGA = {"gamma": [0.6, 0.0, 0.8]}, {"omega": [1.0, 2.0, 3.0]}
 @pytest.mark.parametrize(
     ("components", "text"),
     [
-        (OMEGA, "gamma = None: expected 3 numbers, or the attitude g"),
+        (OMEGA, "gamma is missing: expected 3 numbers, or the attitude g"),
         (GAMMA, "exactly one of"),
         (GAMMA | OMEGA | {"k": [1.0, 2.0, 3.0]}, "exactly one of"),
         (GAMMA | OMEGA | {"g": np.eye(3)}, "the last row of g; they differ by 0.6"),

@@ -79,7 +79,7 @@ def slow() -> Any:
 
 
 def no_body() -> Any:
-    return ch.Ball(mass=1.0, radius=1.0, moments=[0.1, 0.1, 0.3])
+    return ch.ChaplyginSphere.from_moments([0.1, 0.1, 0.3], 1.0, 1.0)
 
 
 CASES: dict[type[gi.GeomintWarning], tuple[Callable[[], Any], str]] = {

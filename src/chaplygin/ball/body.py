@@ -18,6 +18,7 @@ from geomint.arguments import as_array
 
 from ..inertia import positive_number
 from ..manifold import Array, Named, triangle_of_vector
+from ..rigid_body import check_inside
 from .contact import contact_forms
 from .fields import ball_parameters
 from .path import carried_path
@@ -58,17 +59,14 @@ class Ball:
     radius : float
         In m, > 0.
     moments : array_like, shape (3,) or (3, 3)
-        The principal moments of inertia about the centre, or the inertia tensor, in kg m².
+        The principal moments of inertia about the centre, or the inertia tensor, in kg m², of a body
+        inside of the ball: I_i ≤ I_j + I_k and 0.004 m r² ≤ I_1 + I_2 + I_3 ≤ 2 m r², where less than
+        that is taken for another unit. `ChaplyginSphere` takes what no ball has.
 
     Raises
     ------
     geomint.DomainError
         For parameters outside of these domains, naming the value.
-
-    Warns
-    -----
-    geomint.GeomintWarning
-        If no rigid body has such moments; see `chaplygin.rigid_body`.
 
     Examples
     --------
@@ -95,6 +93,8 @@ class Ball:
         object.__setattr__(self, "_sphere", self._checked())
 
     def _checked(self) -> ChaplyginSphere:
+        if self.moments.shape in ((3,), (3, 3)) and np.isfinite(self.moments).all():
+            check_inside(self.moments, self.mass, self.radius)
         return ChaplyginSphere.from_moments(self.moments, self.mass, self.radius)
 
     @property

@@ -69,7 +69,7 @@ def initial_attitude(gamma: Any, g: Any, n: int) -> tuple[Array, Array]:
     """
     if g is None:
         if gamma is None:
-            raise gi.DomainError("gamma", None, f"{n} numbers, or the attitude g")
+            raise gi.DomainError("gamma", ..., f"{n} numbers, or the attitude g")
         vertical = gi.Sphere(n).point(gamma)
         return vertical, upright(vertical).reshape(-1)
     attitude = gi.Rotations(n).point(g)
