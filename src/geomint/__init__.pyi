@@ -35,6 +35,7 @@ from .errors import (
     StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
     StepWarning as StepWarning,
+    UnknownNameError as UnknownNameError,
     UnknownReferenceError as UnknownReferenceError,
     WatcherError as WatcherError,
 )
@@ -241,6 +242,7 @@ __all__ = [
     "TangentSphere",
     "TangentStiefel",
     "Term",
+    "UnknownNameError",
     "UnknownReferenceError",
     "Verlet",
     "View",

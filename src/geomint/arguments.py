@@ -4,7 +4,8 @@ Whatever a foreign object raises when it is asked for its numbers, or for its le
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -118,12 +119,33 @@ def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
         if math.isfinite(sum(given.tolist())) if rows <= SHORT else np.isfinite(given).all():
             return given  # a sum may overflow: see below
     rows = whole("rows", rows, 0)
-    vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
+    expected = f"{numbers_of(rows)}{detail}"
+    vector: Array = as_array(name, value, expected).reshape(-1)
     if len(vector) != rows:
-        raise DomainError(name, value, f"{rows} numbers{detail}, got {len(vector)}")
+        raise DomainError(name, value, f"{expected}, got {len(vector)}")
     if not np.isfinite(vector).all():
         raise DomainError(name, value, "finite numbers")
     return vector
+
+
+def numbers_of(count: int) -> str:
+    """Return ``1 number``, ``2 numbers``, …."""
+    return f"{count} number{'' if count == 1 else 's'}"
+
+
+def file_path(name: str, value: Any, endings: Sequence[str], strict: bool = True) -> Path:
+    """Return the path of a file whose name tells its format, or raise `DomainError`.
+
+    If not `strict` the name may also have no ending, or one that begins with no letter, as ``run-0.5``.
+    """
+    expected = f"a name that ends in {', '.join(endings)}"
+    try:
+        path = Path(value)
+    except TypeError:
+        raise DomainError(name, value, expected) from None
+    if path.suffix not in endings and (strict or path.suffix[1:2].isalpha()):
+        raise DomainError(name, str(path), expected)
+    return path
 
 
 def flat(name: str, value: Any) -> Array:

@@ -16,13 +16,14 @@ from collections.abc import Callable, Iterable, Mapping
 from contextvars import ContextVar
 from difflib import get_close_matches
 from math import log10
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 __all__ = [
     "ArgumentError",
+    "ByName",
     "ClockError",
     "ConvergenceError",
     "DeclarationError",
@@ -48,6 +49,7 @@ __all__ = [
     "StepLimitError",
     "StepSizeError",
     "StepWarning",
+    "UnknownNameError",
     "UnknownReferenceError",
     "WatcherError",
     "closest",
@@ -303,15 +305,16 @@ class DomainError(GeomintError, ValueError):
     name : str
         What was wrong.
     value : object
-        What it was.
+        What it was; None also of what is missing, for which the error is made with ``...``.
     partial : object
         Of a reading that fails in `geomint.solve_ensemble`: the ensemble with what is done.
     """
 
     def __init__(self, name: str, value: Any, expected: str) -> None:
         name = name if isinstance(name, str) else quoted(name)
-        super().__init__(f"{name} = {quoted(value)}: expected {expected}")
-        self.name, self.value, self.expected = name, value, expected
+        given = "is missing" if value is ... else f"= {quoted(value)}"
+        super().__init__(f"{name} {given}: expected {expected}")
+        self.name, self.value, self.expected = name, None if value is ... else value, expected
         self.partial: Any = None
 
 
@@ -327,6 +330,35 @@ class ArgumentError(GeomintError, TypeError):
     def __init__(self, what: str, names: tuple[str, ...] = ()) -> None:
         super().__init__(what)
         self.names = names
+
+
+class UnknownNameError(GeomintError, KeyError):
+    """A name that a result does not have; the message says which it has, and what asks for more.
+
+    Attributes
+    ----------
+    name : object
+    """
+
+    __str__ = Exception.__str__  # not the text in quotes, as of a key
+    asked_by: ClassVar[dict[str, str]] = {"drift": "observe", "runs": "methods"}
+
+    def __init__(self, what: str, name: Any, known: Iterable[str]) -> None:
+        hint = nearest(str(name), known) or " There are none."
+        asked = self.asked_by.get(what, what)
+        super().__init__(f"{what}[{quoted(name)}]: no such name.{hint} Ask for more by {asked}=…")
+        self.name = name
+
+
+class ByName(dict[str, R]):
+    """What a result has by name: a name that it does not have is an `UnknownNameError`."""
+
+    def __init__(self, what: str, values: Mapping[str, R]) -> None:
+        super().__init__(values)
+        self.what = what
+
+    def __missing__(self, name: Any) -> R:
+        raise UnknownNameError(self.what, name, self)
 
 
 class MethodError(GeomintError, ValueError):

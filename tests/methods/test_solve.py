@@ -519,7 +519,7 @@ def test_states_by_name() -> None:
     assert problem.slices == {"q": slice(0, 3), "p": slice(3, 6)}
     assert problem.forms == ("field", "hamiltonian", "splitting")
     for wrong, says in (
-        ({"q": [1, 2, 3]}, "p = None: expected 3 numbers"),
+        ({"q": [1, 2, 3]}, "p is missing: expected 3 numbers"),
         ({"q": [1, 2, 3], "pp": [1, 2, 3]}, "Did you mean 'p'"),
         ({"q": [1, 2], "p": [1, 2, 3]}, "q = .*expected 3 numbers"),
         ({"q": [1, 2, math.nan], "p": [1, 2, 3]}, "finite"),

@@ -30,6 +30,7 @@ EXAMPLES = {
     gi.EventError: ("height", 1.0, 2, 3.0, "is not a finite number"),
     gi.StepLimitError: (1.0, 2, 3.0, 4, "hint"),
     gi.StepSizeError: (1.0, 2, 3.0, 4, "hint", 0.5),
+    gi.UnknownNameError: ("drift", "energy", ("area",)),
     gi.UnknownReferenceError: ("reason", 1e-3, 1e-5, "advice"),
     gi.SendingError: ("mine", "notebook"),
     gi.MissingCodeError: ("Solution.to_xarray", "needs xarray"),

@@ -3,14 +3,17 @@
 import contextlib
 import hashlib
 import os
+import pickle
 import random
 import warnings
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.io import netcdf_file
 
 import geomint as gi
+from geomint.cli import main
 from geomint.run.storage import save_solution
 
 # Steps are as long as a test wants them.
@@ -129,6 +132,56 @@ def test_as_saved_is_what_load_gives(solution, content, tmp_path):
     loaded, told = gi.load(path), solution.as_saved()
     assert told == loaded == solution
     assert repr(told) == repr(loaded) == repr(solution)
+
+
+def test_the_ending_of_a_name_tells_the_format(solution, content, tmp_path):
+    """States as CSV, exactly; another ending than those of what can be written is refused before."""
+    solution.save(tmp_path / "run.csv")
+    head, *lines = (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()
+    assert head.split(",") == ["t", *(f"{v}[{i}]" for v in ("gamma", "p") for i in range(3))]
+    table = np.array([[float(x) for x in line.split(",")] for line in lines])
+    np.testing.assert_array_equal(table, np.column_stack((solution.t, solution.y)))
+    for name in ("run", "run-0.5", "run.nc"):
+        solution.save(tmp_path / name)
+        assert gi.load(tmp_path / name) == solution
+    section = gi.poincare_section(
+        solution.problem, solution.y[0], "gamma[0]", 2, step=0.1, progress=False
+    )
+    section.save(tmp_path / "section.csv")
+    for saving, wrong, right in (
+        (solution.save, "h5", ".nc, .csv"),
+        (solution.save, "json", ".nc, .csv"),
+        (section.save, "nc", ".csv"),
+    ):
+        with pytest.raises(gi.DomainError, match=f"path = .*a.{wrong}': .* ends in {right}"):
+            saving(tmp_path / f"a.{wrong}")
+        assert not (tmp_path / f"a.{wrong}").exists()
+    told = CliRunner().invoke(main, ["run", "sphere-n3", "--t-end", "1", "--out", "a.xlsx"])
+    assert told.exit_code == 2
+    assert "--out = 'a.xlsx': expected a name that ends in .nc, .csv" in told.stderr
+
+
+def test_names_that_a_result_lacks(solution):
+    """A KeyError, typed, that says which there are and what asks for more."""
+    alone = gi.solve(solution.problem, solution.y[0], t_end=1.0, step=0.1, progress=False)
+    many = gi.solve_ensemble(solution.problem, solution.y[:2], t_end=1.0, step=0.1, workers=1)
+    for mapping, what, asked in (
+        (alone.drift, "drift", "observe=…"),
+        (alone.events, "events", "events=…"),
+        (many.drift, "drift", "observe=…"),
+        (many.events, "events", "events=…"),
+        (many.readings, "readings", "readings=…"),
+    ):
+        with pytest.raises(
+            KeyError, match=rf"{what}\['energy'\]: no such name. There are none"
+        ) as e:
+            mapping["energy"]
+        assert isinstance(e.value, gi.UnknownNameError)
+        assert str(e.value).endswith(f"Ask for more by {asked}")
+        assert mapping.get("energy") is None
+        assert pickle.loads(pickle.dumps(mapping)) == dict(mapping) == {}
+    with pytest.raises(gi.UnknownNameError, match="Did you mean 'energy'"):
+        solution.drift["enrgy"]
 
 
 @pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # it is no invariant

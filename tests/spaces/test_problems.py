@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -160,6 +161,38 @@ def pushed(params, t, y, out, work):
     """Off the tangent space, at later times."""
     GEODESIC.field(params, t, y, out, work)
     out[3] = out[3] + t * y[0]
+
+
+def test_states_are_given_as_lists_too() -> None:
+    """Of problems without random ones; what is no state is told by its number."""
+
+    @gi.field
+    def turning(params, t, y, out, work):
+        out[0] = 1.0 * y[1]
+        out[1] = -y[0]
+
+    @gi.observable
+    def energy(params, t, y, work):
+        return y[0] * y[0] + y[1] * y[1]
+
+    problem = gi.Problem(
+        "turning", (("q", 1), ("p", 1)), field=turning, invariants={"energy": energy}
+    )
+    for states in ([[2.0, 0.3]], [(2, 0)], np.ones((2, 2)), iter([[1.0, 2.0]])):
+        check_problem(problem, states=states)
+    for wrong, said in (
+        ([2.0, 0.3], r"states\[0\] = 2.0: expected 2 numbers, got 1"),
+        ([[1.0, 2.0], [3.0]], r"states\[1\] = \[3.0\]: expected 2 numbers, got 1"),
+        ([[1.0, math.nan]], r"states\[0\] = .*finite"),
+        (2.5, "states = 2.5"),
+        (None, "states = None"),
+        (2, "make_random is missing: expected it, or a space, .* 'turning'; else give states"),
+    ):
+        with pytest.raises(gi.DomainError, match=said):
+            check_problem(problem, states=wrong)
+    single = gi.Problem("single", (("q", 1),), field=turning)
+    with pytest.raises(gi.DomainError, match=r"^q is missing: expected 1 number$"):
+        single.state()
 
 
 def test_other_times_are_looked_at() -> None:

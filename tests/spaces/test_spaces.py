@@ -314,15 +314,15 @@ def test_repairs_say_what_and_by_how_much(defect: float) -> None:
     ("space", "components", "text"),
     [
         (gi.Sphere(3), {"gamma": [0, 0, 0]}, "not zero"),
-        (gi.Sphere(3), {}, "gamma = None"),
+        (gi.Sphere(3), {}, "gamma is missing"),
         (gi.Sphere(3), {"gamma": [0, 0, 1], "gama": 1}, "Did you mean 'gamma'"),
         (gi.Rotations(2), {"g": [[0, 1], [1, 0]]}, "determinant 1"),
         (gi.Rotations(2), {"g": [[2, 0], [0, 2]]}, "a rotation matrix; the largest entry"),
         (gi.Skew(3), {"k": np.eye(3)}, "skew-symmetric"),
         (gi.Skew(3), {"k": [1, 2]}, "3 numbers"),
         (gi.Stiefel(3, 2), {"X": [[1, 0, 0], [2, 0, 0]]}, "2 linearly independent"),
-        (gi.TangentSphere(2), {"gamma": [0, 1]}, "p = None"),
-        (gi.Sphere(3) * gi.Euclidean(1), {"gamma": [0, 0, 1]}, "x = None"),
+        (gi.TangentSphere(2), {"gamma": [0, 1]}, "p is missing"),
+        (gi.Sphere(3) * gi.Euclidean(1), {"gamma": [0, 0, 1]}, "x is missing"),
         (gi.Sphere(3) * gi.Euclidean(1), {"gamma": [0, 0, 1], "x": 1, "y": 1}, "y = 1"),
     ],
 )

@@ -13,7 +13,7 @@ from . import options
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="NetCDF file to write; by default named after the scene.",
+    help="NetCDF file to write, or NAME.csv for states alone; default: named after the scene.",
 )
 @options.yes_option
 @options.quiet_option
@@ -29,12 +29,15 @@ def command(
 
     chosen = options.chosen_scene(scene, **changes)
 
+    from ..arguments import file_path
     from ..plan import expected_time, make_plan, run_plan
+    from ..run.storage import ENDINGS, save_solution
 
     plan = make_plan(chosen)
     out = out or Path(f"{chosen.name}.nc")
     options.print_notes(chosen)
     options.check_time(lambda: expected_time([plan]), yes)
+    file_path("--out", out, ENDINGS, strict=False)
     check_file(out)
     result = run_plan(plan, not quiet)
     options.tell_failure(result[0])
@@ -42,7 +45,6 @@ def command(
     assert solution is not None
 
     from ..run.provenance import run_record
-    from ..run.storage import save_solution
     from ..scene.provenance import scene_record
 
     provenance = {**scene_record(chosen, options.reproducing_command()), **run_record(solution)}

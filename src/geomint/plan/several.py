@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from ..errors import FormError, Gathered, GeomintError, StepError
+from ..errors import ByName, FormError, Gathered, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.evaluate import value
 from ..problems.problem import Time
@@ -106,7 +106,7 @@ class SeveralRuns(Compared):
     def __getitem__(self, which: str | int) -> MethodRun:
         if isinstance(which, int):
             return self.runs[which]
-        return {run.label: run for run in self.runs}[which]
+        return ByName("runs", {run.label: run for run in self.runs})[which]
 
     def __iter__(self) -> Iterator[MethodRun]:
         return iter(self.runs)

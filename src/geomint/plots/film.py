@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, file_path
 from ..errors import DomainError
 from ..problems.body_path import BodyPath
 from .canvas import new_figure
@@ -94,13 +94,7 @@ def check_ending(file: Any) -> Path:
     ------
     DomainError
     """
-    expected = f"a name that ends in {', '.join(ENDINGS)}"
-    try:
-        target = Path(file)
-    except TypeError:
-        raise DomainError("file", file, expected) from None
-    if target.suffix not in ENDINGS:
-        raise DomainError("file", str(target), expected)
+    target = file_path("file", file, ENDINGS)
     if target.suffix == ".mp4":
         from matplotlib.animation import FFMpegWriter
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, as_array, finite
+from ..arguments import Array, as_array, finite, numbers_of
 from ..errors import DeclarationError, DomainError, nearest
 from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
@@ -316,9 +316,9 @@ def _flat(problem: Problem, y: Array) -> Array:
     if not isinstance(problem, Problem):
         raise DomainError("problem", problem, "a geomint.Problem")
     if type(y) is not np.ndarray or y.dtype != np.float64:
-        y = as_array("y", y, f"a state of {problem.rows} numbers")
+        y = as_array("y", y, f"a state of {numbers_of(problem.rows)}")
     if y.shape != (problem.rows,):
-        raise DomainError("y", y, f"a state of {problem.rows} numbers")
+        raise DomainError("y", y, f"a state of {numbers_of(problem.rows)}")
     return y
 
 

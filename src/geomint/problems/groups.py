@@ -175,7 +175,7 @@ def product(first: Group, second: Group) -> Group:
     """
     for group in (first, second):
         if group.rows is None:
-            raise DomainError("rows", None, f"the length of the states that {group.name} acts on")
+            raise DomainError("rows", ..., f"the length of the states that {group.name} acts on")
     codes = [int(code) for code in first.layout[1:]]
     if first.act is so_n_act and second.act is shift and SHIFTED not in codes:
         return _so_n(int(first.layout[0]), [*codes, SHIFTED], second.algebra_rows)

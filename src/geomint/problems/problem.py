@@ -305,7 +305,8 @@ class Problem(Shown, Sendable):
             If the problem has no random states.
         """
         if self.make_random is None:
-            raise DomainError("rng", rng, f"a problem with random states; {self.name!r} has none")
+            expected = f"it, or a space, for random states of {self.name!r}; else give states"
+            raise DomainError("make_random", ..., expected)
         return self.state(**self.make_random(_generator(rng)))
 
     def exact(self, y0: Any) -> Any:

@@ -202,7 +202,7 @@ def _rate_of(problem: Problem, clock: Any, state: Array | None) -> tuple[Recorde
     if problem.field is None:
         raise FormError(f"clock {SPEED!r} needs a field, which problem {problem.name!r} has not")
     if state is None:
-        raise DomainError("y0", None, f"a state of the motion, for the clock {SPEED!r}")
+        raise DomainError("y0", ..., f"a state of the motion, for the clock {SPEED!r}")
     sizes = tuple(rows for _, rows in problem.pieces)
     return _speed(problem.field, sizes, len(problem.params)), pace_parameters(problem, state)
 
@@ -216,7 +216,7 @@ def _check_autonomous(problem: Problem, state: Array | None) -> None:
     y = problem.random_state(0) if state is None and problem.make_random is not None else state
     if y is None:
         what = f"a state, to see whether {problem.name!r} depends on time"
-        raise DomainError("y0", None, what)
+        raise DomainError("y0", ..., what)
     for t in (1e-3, *PARTS[::3], 1e3):
         moved = derivative(problem, y, t).tobytes() != derivative(problem, y, 0.0).tobytes()
         if moved or any(value(problem, f, y, t) != value(problem, f, y, 0.0) for f in naming):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import numpy.typing as npt
 from ..arguments import Array
 from ..errors import GeomintWarning
 from ..problems.shown import Shown
-from .files.outputs import whole_file
+from .files.outputs import write_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -102,10 +101,7 @@ class Lyapunov(Shown):
         columns = [self.t, *self.running.T]
         if self.sali is not None:
             names, columns = [*names, "sali"], [*columns, self.sali]
-        with whole_file(path) as unfinished, unfinished.open("w", newline="") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(names)
-            writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+        write_table(path, names, columns)
 
     def plot(self) -> Figure:
         """Plot the exponents' sizes over time, beside ln t / t, and the alignment index."""

@@ -10,12 +10,6 @@ from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
 
-class Events(dict[str, "Met"]):
-    """The events of a run by name; one that is not there is told with those that are."""
-
-    def __missing__(self, name: str) -> Met:
-        raise KeyError(f"{name}: the events of this run are {', '.join(map(repr, self)) or 'none'}")
-
 
 @dataclass(frozen=True, eq=False)
 class Met(Compared):

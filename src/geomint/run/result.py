@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Literal, NamedTuple
 
 from ..arguments import Array
-from ..errors import DomainError, GeomintWarning, MissingCodeError
+from ..errors import ByName, DomainError, GeomintWarning, MissingCodeError
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
@@ -14,7 +14,7 @@ from ..watch.drift import Drift
 from .accuracy.accuracy import Accuracy
 from .dense import Kept
 from .local_error import EndError, LocalError, Ranked
-from .met import Events, Met
+from .met import Met
 from .restart import Restart
 from .stored import Found, StoredMethod, StoredProblem
 
@@ -67,7 +67,7 @@ class Result(Compared):
     newton: bool = False
 
     def __post_init__(self) -> None:
-        self.events = Events(self.events)
+        self.drift, self.events = ByName("drift", self.drift), ByName("events", self.events)
 
     @property
     def about(self) -> Problem | StoredProblem:

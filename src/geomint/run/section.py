@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -19,7 +18,7 @@ from ..problems.at_states import values_at
 from ..problems.problem import Problem
 from ..problems.shown import Shown
 from .events import Event, component, quantity
-from .files.outputs import whole_file
+from .files.outputs import write_table
 from .plane import Boundary, Plane, boundary, plane_of
 
 if TYPE_CHECKING:
@@ -148,10 +147,7 @@ class Section(Shown, Compared):
         """
         times = {self.problem.time: self.tau} | ({} if self.t is None else {"t": self.t})
         columns = [self.motions, *times.values(), self.directions.astype(int), *self.y.T]
-        with whole_file(path) as unfinished, unfinished.open("w", newline="") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(["motion", *times, "direction", *self.components])
-            writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+        write_table(path, ["motion", *times, "direction", *self.components], columns)
 
     def _shown(self) -> tuple[str, dict[str, Any]]:
         facts = {

@@ -161,8 +161,13 @@ class Solution(Shown, Pictures, Result):
     def save(self, path: str | PathLike[str]) -> None:
         """Write all of it to a NetCDF file, whole or not at all; see `geomint.run.storage`.
 
+        To a file ``NAME.csv`` times and saved states alone, as `to_dataframe` has them: `geomint.load`
+        reads no such file.
+
         Raises
         ------
+        DomainError
+            For a name with the ending of another format.
         OutputError
         """
         from .storage import save_solution

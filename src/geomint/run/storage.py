@@ -48,22 +48,23 @@ import numpy as np
 from scipy.io import netcdf_file
 
 from .. import __version__
-from ..arguments import Array
+from ..arguments import Array, file_path
 from ..errors import DomainError, GeomintError, GeomintWarning, OutputError, quoted
 from ..problems.problem import Problem
 from ..watch.drift import Drift
 from ..watch.windows import NOTHING, Windows
 from .accuracy.accuracy import Accuracy
 from .dense import Kept
-from .files.outputs import whole_file
+from .files.outputs import whole_file, write_table
 from .local_error import EndError, LocalError
 from .met import Met
 from .restart import Restart
 from .result import Result, StepSizes
 from .solution import Solution
 from .stored import StoredMethod, StoredProblem
-from .variables import WINDOWS, Variable, variables_of
+from .variables import WINDOWS, Variable, columns_of, variables_of
 
+ENDINGS = (".nc", ".csv")
 _FORMAT = "geomint-run-3"
 _NO_CHECKSUM = "0" * 64
 _SEAL = re.compile(rb"checksum\x00\x00\x00\x02\x00\x00\x00\x40([0-9a-f]{64})")
@@ -83,7 +84,7 @@ def save_solution(
     path: str | PathLike[str],
     provenance: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a run to a NetCDF file.
+    """Write a run to a NetCDF file, or of one whose name ends in ``.csv`` the saved states alone.
 
     Parameters
     ----------
@@ -96,11 +97,16 @@ def save_solution(
 
     Raises
     ------
+    DomainError
+        For a name with the ending of another format.
     OutputError
         If something else is there, or the file cannot be written; what was there is as it was.
     """
-    problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
     variables = variables_of(solution)
+    if file_path("path", path, ENDINGS, strict=False).suffix == ".csv":
+        write_table(path, (columns := columns_of(variables)), columns.values())
+        return
+    problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
     restart = {} if solution.restart is None else dict(vars(solution.restart))
     kept = {} if solution.kept is None else dict(vars(solution.kept))
     hidden = {

@@ -158,15 +158,20 @@ def to_xarray(variables: list[Variable], about: Mapping[str, Any]) -> Any:
 def to_dataframe(variables: list[Variable], about: Mapping[str, Any]) -> Any:
     """Return a `pandas.DataFrame`, a row for each state."""
     pandas = optional("pandas", "Solution.to_dataframe")
+    frame = pandas.DataFrame(columns_of(variables)).set_index(variables[0].name)
+    frame.attrs = dict(about)
+    return frame
+
+
+def columns_of(variables: list[Variable]) -> dict[str, Array]:
+    """Return times and components of the saved states by their names."""
     columns = {}
     for variable in variables:
         if variable.role in ("time", "piece"):
             for index in np.ndindex(variable.values.shape[1:]):
                 place = f"[{','.join(map(str, index))}]" if index else ""
                 columns[variable.name + place] = variable.values[:, *index]
-    frame = pandas.DataFrame(columns).set_index(variables[0].name)
-    frame.attrs = dict(about)
-    return frame
+    return columns
 
 
 def optional(library: str, what: str, extra: str = "notebook") -> Any:

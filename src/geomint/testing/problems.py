@@ -2,12 +2,12 @@
 
 import functools
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, whole
+from ..arguments import Array, as_vector, whole
 from ..problems.base import off_base, stretches_fibre
 from ..problems.declaration import check_problem as check_declared
 from ..problems.declared import false_claims
@@ -45,7 +45,10 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
         How many random states are taken, from seeds 0, 1, …; or the states, for a problem that has no
         random ones.
     """
-    chosen = list(_random(problem, states) if isinstance(states, int) else states)
+    if isinstance(states, Iterable):
+        chosen = [as_vector(f"states[{k}]", y, problem.rows) for k, y in enumerate(states)]
+    else:
+        chosen = list(_random(problem, whole("states", states, 0)))
     whole("states", len(chosen), 1)
     for y in chosen:
         hold(problem.canonical(y), y, f"problem {problem.name!r} changes an admissible state")

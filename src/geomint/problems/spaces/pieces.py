@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import Array, as_vector
+from ...arguments import Array, as_vector, numbers_of
 from ...errors import DomainError, nearest
 
 __all__ = ["check_known", "joined_pieces", "piece_slices"]
@@ -39,5 +39,5 @@ def joined_pieces(pieces: Pieces, components: Mapping[str, Any]) -> Array:
     check_known(pieces, components)
     for name, rows in pieces:
         if name not in components:
-            raise DomainError(name, None, f"{rows} numbers")
+            raise DomainError(name, ..., numbers_of(rows))
     return np.concatenate([as_vector(name, components[name], rows) for name, rows in pieces])

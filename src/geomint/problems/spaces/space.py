@@ -152,7 +152,7 @@ class Space:
         check_known(self.pieces, components)
         if len(self.pieces) == 1:
             name = self.pieces[0][0]
-            components = {**components, name: self.point(components.get(name))}
+            components = {**components, name: self.point(components.get(name, ...))}
         return self.admit(self.join(components))
 
     def point(self, value: Any) -> Array:

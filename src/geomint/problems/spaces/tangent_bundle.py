@@ -91,8 +91,8 @@ class TangentBundle(Space):
     def project(self, **components: Any) -> Array:
         """Return the state with the point and the tangent vector that are named."""
         check_known(self.pieces, components)
-        vector = as_vector(self.name, components.get(self.name), self.base.rows)
-        point = self.base.point(components.get(self.pieces[0][0]))
+        vector = as_vector(self.name, components.get(self.name, ...), self.base.rows)
+        point = self.base.point(components.get(self.pieces[0][0], ...))
         return np.concatenate([point, self.vector(point, vector)])
 
     def vector(self, q: Array, value: Any, name: str = "") -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import Array, Integers, whole
-from ...errors import DomainError, GeomintError, GeomintWarning, MissingCodeError
+from ...errors import ByName, DomainError, GeomintError, GeomintWarning, MissingCodeError
 from ...problems.problem import Problem
 from ...problems.shown import Shown
 from ..solution import Solution
@@ -136,7 +136,8 @@ class Ensemble(Shown):
     @property
     def readings(self) -> Mapping[str, Array]:
         """What was read off every member, by names."""
-        return self.found.readings if self.stored is not None else dict(self.found.readings)
+        found = self.found.readings
+        return found if self.stored is not None else ByName("readings", found)
 
     @property
     def stored(self) -> Any:
@@ -163,12 +164,12 @@ class Ensemble(Shown):
     @property
     def events(self) -> dict[str, list[Any]]:
         """Of each event what there is of it, member by member."""
-        return self.found.met()
+        return ByName("events", self.found.met())
 
     @property
     def drift(self) -> dict[str, dict[str, Any]]:
         """Of each observed quantity arrays over the members: what `geomint.Drift` says of it."""
-        return self.found.drifts()
+        return ByName("drift", self.found.drifts())
 
     def single(self, member: int, **more: Any) -> Solution:
         """Return the run of one member alone, to the same bits, with more arguments of `geomint.solve`.

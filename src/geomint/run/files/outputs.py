@@ -6,6 +6,7 @@ place, the last complete one wins. What a process that was killed has left there
 removes.
 """
 
+import csv
 import os
 import shutil
 import stat
@@ -14,6 +15,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 
+from ...arguments import Array, file_path
 from ...errors import DomainError, OutputError, quoted
 from .workplace import alone, synced, undisturbed, workplace
 
@@ -76,6 +78,18 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
                 _complete(unfinished, target)
                 _put(unfinished, target)
                 synced(target.parent)
+
+
+def write_table(path: str | PathLike[str], names: Iterable[str], columns: Iterable[Array]) -> None:
+    """Write columns as CSV, whole or not at all."""
+    file_path("path", path, (".csv", ".txt"), strict=False)
+    with (
+        whole_file(path) as unfinished,
+        unfinished.open("w", encoding="utf-8", newline="") as stream,
+    ):
+        writer = csv.writer(stream)
+        writer.writerow(names)
+        writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ....arguments import Array
-from ....errors import GeomintError, GeomintWarning
+from ....errors import GeomintError, GeomintWarning, UnknownNameError
 from ...met import Met
 from ..outcome import NOT_RUN
 from .arrays import Arrays
@@ -148,6 +148,8 @@ class _Readings(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name in self._merged:
             return _sum(self._arrays, self._merged[name])
+        if name not in self._own:
+            raise UnknownNameError("readings", name, self)
         found: Array = numbers_in(self._own[name])
         return found
 
