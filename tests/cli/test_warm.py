@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import io
 import sys
+from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
+from numba import config
 
+import geomint as gi
 from geomint.cli import main
 from geomint.kernels.compiling import compile as compiling
 from geomint.run.compiling_line import CompilingLine
@@ -100,6 +104,7 @@ def test_the_line_counts_and_goes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("shown", "lines"), [(True, 1), (False, 0)])
 def test_where_nobody_looks_it_is_written_once(shown, lines, monkeypatch) -> None:
     monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setattr(compiling, "_announced", [])
     line = CompilingLine(shown)
     line.begins(1)
     line.ends(1.0)
@@ -107,3 +112,43 @@ def test_where_nobody_looks_it_is_written_once(shown, lines, monkeypatch) -> Non
     line.clear()
     assert sys.stderr.getvalue().count("\n") == lines
     assert "\r" not in sys.stderr.getvalue()
+
+
+LINE = "geomint: compiling (once, then kept in the cache)\n"
+
+
+def new_problem() -> gi.Problem:
+    """Return one of which nothing is in the cache."""
+    new = float(np.random.default_rng().random())
+
+    @gi.field
+    def own(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = -new * y[0]
+
+    return gi.Problem("own", (("x", 1),), field=own)
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
+def test_a_script_is_told_once_that_functions_are_compiled(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By whatever compiles first, where no terminal shows it; not where all is in the cache, nor where
+    it is not wanted.
+    """
+    one, two = new_problem(), new_problem()
+    given: dict[str, Any] = {"t_end": 1.0, "step": 0.1, "method": "rk-4"}
+    monkeypatch.setattr(compiling, "_announced", [])
+    gi.solve(new_problem(), [1.0], progress=False, **given)
+    assert capsys.readouterr().err == ""
+    for problem in (one, new_problem()):
+        gi.solve(problem, [1.0], **given)
+    assert capsys.readouterr().err == LINE
+    monkeypatch.setattr(compiling, "_announced", [])
+    gi.solve(one, [1.0], **given)
+    assert capsys.readouterr().err == ""
+    gi.Integrator(two, [1.0], step=0.1, method="rk-4").step()
+    assert capsys.readouterr().err == LINE
+    monkeypatch.setattr(compiling, "_announced", [])
+    monkeypatch.setattr(sys, "stderr", None)  # closed
+    gi.solve(new_problem(), [1.0], **given)
+    assert capsys.readouterr() == ("", "")

@@ -36,7 +36,7 @@ from . import options
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
 )
 @options.yes_option
-@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@options.quiet_option("table")
 @options.debug_option
 def command(
     scene: str,

@@ -109,7 +109,18 @@ yes_option = click.option(
 )
 
 
-quiet_option = click.option("--quiet", is_flag=True, help="No progress, no summary.")
+def quiet_option(what: str = "summary") -> Callable[..., Any]:
+    """Return the option --quiet, with which nothing says either that functions are compiled."""
+
+    def still(context: click.Context, option: click.Parameter, quiet: bool) -> bool:
+        if quiet:
+            from ..kernels.compiling.compile import listen
+
+            context.call_on_close(listen(lambda name, seconds: None))
+        return quiet
+
+    return click.option("--quiet", is_flag=True, callback=still, help=f"No progress, no {what}.")
+
 
 paper_option = click.option(
     "--paper",

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..errors import SpeedWarning, tell
 from ..kernels.compiling.clock import running_clock
-from .compiling_line import CompilingLine
+from .compiling_line import CompilingLine, on_terminal
 
 _DELAY = 1.0
 WHEN_RUNNING: list[Callable[[], object]] = []  # called, once, when the next run has begun
@@ -41,7 +41,8 @@ class Progress:
     Parameters
     ----------
     show : bool or None
-        None: only if standard error is a terminal, or in a notebook.
+        None: only if standard error is a terminal, or in a notebook; elsewhere one line says, once in
+        a process, that functions are compiled, if they are not in the cache.
     total : float or None
         In whatever unit `update` is called with; None if it is not known.
     label : str
@@ -68,7 +69,7 @@ class Progress:
     @functools.cached_property
     def shown(self) -> bool:
         """Whether progress is shown."""
-        return self._notebook or sys.stderr.isatty() if self._show is None else self._show
+        return self._notebook or on_terminal() if self._show is None else self._show
 
     def __enter__(self) -> Progress:
         listen, functions_asked = _compiler()
@@ -99,8 +100,7 @@ class Progress:
     def _compilation(self, name: str, seconds: float | None) -> None:
         line = self._compiling
         if line is None:
-            shown = self.shown and not self._notebook
-            line = self._compiling = CompilingLine(shown, self._expected)
+            line = self._compiling = CompilingLine(self._show is not False, self._expected)
         if seconds is not None:
             self.compile_seconds += seconds
             line.ends(seconds)

@@ -155,7 +155,8 @@ def solve(
         The longest step, > 0, in the problem's own time: no step that is chosen is longer, and none of
         an adaptive method. What lasts that long is then not stepped over.
     progress : bool, optional
-        Show progress. Default: if standard error is a terminal.
+        Show progress. Default: if standard error is a terminal, or in a notebook; elsewhere a line
+        says, once in a process, that functions are compiled. False: nothing.
     compiled : bool
         False runs the same kernels in plain Python, to the same bits, thousands of times slower.
 

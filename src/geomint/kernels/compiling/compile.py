@@ -13,7 +13,8 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from multiprocessing import parent_process
 from types import FrameType, FunctionType
 from typing import Any
 
@@ -42,6 +43,7 @@ _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrappe
 DEEPEST = 2000  # calls of Python: ten times as many as numba was seen to need
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
+_announced: list[bool] = []
 _asked = 0
 
 
@@ -81,7 +83,18 @@ def functions_asked() -> int:
     return _asked
 
 
+def announce() -> None:
+    """Say on standard error that functions are compiled: once, and not for a process of another one."""
+    if _announced or sys.stderr is None or parent_process() is not None:
+        return
+    _announced.append(True)
+    with suppress(OSError, ValueError):  # it is closed
+        print("geomint: compiling (once, then kept in the cache)", file=sys.stderr, flush=True)
+
+
 def _notify(name: str, seconds: float | None) -> None:
+    if not _listeners:
+        announce()
     for listener in _listeners:
         listener(name, seconds)
 
