@@ -30,11 +30,26 @@ def kinds(cell: Any) -> list[list[str]]:
     return [sorted(output.get("data", {output.output_type: ""})) for output in cell.outputs]
 
 
+def without_compiling(cells: list[Any]) -> list[Any]:
+    """Leave out the one line that says that functions are compiled, where they are not in the cache."""
+    found = [
+        (cell, output)
+        for cell in cells
+        for output in cell.outputs
+        if output.get("text", "").startswith("geomint: compiling (once")
+    ]
+    assert len(found) <= 1
+    for cell, output in found:
+        cell.outputs.remove(output)
+    return cells
+
+
 @pytest.mark.filterwarnings("ignore")  # of the libraries that start a kernel
 def test_the_notebook_of_the_docs(kernel: None, tmp_path: Path) -> None:
     book = nbformat.read(NOTEBOOK, as_version=4)
     shown = [kinds(cell) for cell in book.cells if cell.cell_type == "code"]
-    cells = [cell for cell in executed(book, tmp_path).cells if cell.cell_type == "code"]
+    ran = executed(book, tmp_path).cells
+    cells = without_compiling([cell for cell in ran if cell.cell_type == "code"])
     assert [kinds(cell) for cell in cells] == shown
     assert not [
         output
