@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 import geomint as gi
+from geomint.arguments import file_path
 from geomint.cli.options import paper_option, print_line, reproducing_command, say_report
 
 ENDINGS = (".gif", ".html", ".mp4")
@@ -53,8 +54,8 @@ def exact(
     Veselova's problem. Times at which the phase means nothing any more are refused.
     """
     times = [] if at is None else _times(at)
-    if animate is not None and animate.suffix not in ENDINGS:
-        raise gi.DomainError("--animate", str(animate), f"a name that ends in {', '.join(ENDINGS)}")
+    if animate is not None:
+        file_path("--animate", animate, ENDINGS)
     if animate is None and frames is not None:
         raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
     if paper and out is None:

@@ -15,7 +15,7 @@ from .meanwhile import import_meanwhile
 @click.option("--count", type=click.IntRange(min=1), help="Exponents, the largest; else all.")
 @options.folder_option("chaos", "chaos.html, chaos.csv, chaos.json, chaos.png and chaos.svg")
 @options.paper_option
-@options.quiet_option("table")
+@options.quiet_option
 @options.debug_option
 def command(
     scene: str, count: int | None, out: Path, paper: bool, quiet: bool, **changes: Any

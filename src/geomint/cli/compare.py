@@ -36,7 +36,7 @@ from . import options
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
 )
 @options.yes_option
-@options.quiet_option("table")
+@options.quiet_option
 @options.debug_option
 def command(
     scene: str,

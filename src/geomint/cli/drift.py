@@ -17,7 +17,7 @@ from .meanwhile import import_meanwhile
 @options.folder_option("report", "report.html, drift.json, drift.png and drift.svg")
 @options.paper_option
 @options.yes_option
-@options.quiet_option()
+@options.quiet_option
 def command(
     scene: str,
     methods: list[str] | None,

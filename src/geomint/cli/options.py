@@ -109,17 +109,18 @@ yes_option = click.option(
 )
 
 
-def quiet_option(what: str = "summary") -> Callable[..., Any]:
-    """Return the option --quiet, with which nothing says either that functions are compiled."""
+def _still(context: click.Context, option: click.Parameter, quiet: bool) -> bool:
+    """Let nothing say either that functions are compiled."""
+    if quiet:
+        from ..kernels.compiling.compile import listen
 
-    def still(context: click.Context, option: click.Parameter, quiet: bool) -> bool:
-        if quiet:
-            from ..kernels.compiling.compile import listen
+        context.call_on_close(listen(lambda name, seconds: None))
+    return quiet
 
-            context.call_on_close(listen(lambda name, seconds: None))
-        return quiet
 
-    return click.option("--quiet", is_flag=True, callback=still, help=f"No progress, no {what}.")
+quiet_option = click.option(
+    "--quiet", is_flag=True, callback=_still, help="No progress, no summary or table."
+)
 
 
 paper_option = click.option(

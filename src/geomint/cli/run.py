@@ -16,7 +16,7 @@ from . import options
     help="NetCDF file to write, or NAME.csv for states alone; default: named after the scene.",
 )
 @options.yes_option
-@options.quiet_option()
+@options.quiet_option
 def command(
     scene: str,
     out: Path | None,

@@ -45,7 +45,7 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
 @click.option("--workers", type=click.IntRange(min=1), help="Threads; else as many as cores.")
 @options.folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")
 @options.paper_option
-@options.quiet_option()
+@options.quiet_option
 @options.debug_option
 def command(
     scene: str, workers: int | None, out: Path, paper: bool, quiet: bool, **keys: Any

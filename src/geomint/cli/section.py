@@ -25,7 +25,7 @@ from .meanwhile import import_meanwhile
     "section", "section.html, section.csv, section.json, section.png and section.svg"
 )
 @options.paper_option
-@options.quiet_option()
+@options.quiet_option
 @options.debug_option
 def command(scene: str, exact: bool, out: Path, paper: bool, quiet: bool, **keys: Any) -> int:
     """Follow motions of a scene until each has crossed a surface so many times.

@@ -21,7 +21,7 @@ from . import options
     help="Cap of a cell.",
 )
 @click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
-@options.quiet_option()
+@options.quiet_option
 @options.debug_option
 def command(
     out: Path,

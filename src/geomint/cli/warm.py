@@ -15,7 +15,7 @@ _UNCHANGED = {"method": None, "step": None}
 @options.list_option(
     "--methods", metavar="LIST", help="Methods with commas between; default: those of each scene."
 )
-@options.quiet_option("times")
+@options.quiet_option
 @options.debug_option
 def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> None:
     """Compile what scenes need, so that later commands need not.

@@ -39,25 +39,21 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
         names = {point.method: point.peer is not None for point in points}
         for i, (name, peer) in enumerate(names.items()):
             own = [
-                (max(point.bound, 1e-17), point.seconds, point.error is None)
+                (max(point.bound, 1e-17), point.seconds, point.error is None, point.newton)
                 for point in points
                 if point.method == name and point.bound is not None and point.seconds is not None
             ]
             if own:
-                errors, seconds, _ = zip(*own, strict=True)
+                errors, seconds, *_ = zip(*own, strict=True)
                 style = series_style(i) | ({"linewidth": 0.6, "alpha": 0.75} if peer else {})
                 label = f"{name} (peer)" if peer else name
                 axes.plot(errors, seconds, label=label, markersize=4.5, **style)
                 at_most = [point for point in own if point[2]]
-                ringed = [
-                    (max(p.bound or 0.0, 1e-17), p.seconds)
-                    for p in points
-                    if p.method == name and p.newton and p.seconds and p.bound is not None
-                ]
-                if ringed:
-                    axes.plot(*zip(*ringed, strict=True), **(style | RING))
+                for error, time, _, newton in own:
+                    if newton:
+                        axes.plot(error, time, **(style | RING))
                 if at_most:
-                    errors, seconds, _ = zip(*at_most, strict=True)
+                    errors, seconds, *_ = zip(*at_most, strict=True)
                     style.update(linestyle="none", markerfacecolor="white")
                     axes.plot(errors, seconds, markersize=4.5, **style)
         _draw_slopes(axes, points, orders)

@@ -21,9 +21,7 @@ from ..errors import SceneError, leave_out, nearest, quoted, shortened
 if TYPE_CHECKING:
     from .scene import Scene
 
-LONGEST_FILE = (
-    2**26
-)  # characters: a million times in `t_eval` have 20 million; /dev/zero has no end
+LONGEST_FILE = 2**26  # characters: a million times have 20 million, /dev/zero has no end
 
 
 def builtin_scenes() -> dict[str, Traversable]:
@@ -109,7 +107,8 @@ def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], str, bool]
 def _read(path: Path) -> str:
     try:
         with path.open(encoding="utf-8-sig") as file:
-            text = file.read(LONGEST_FILE + 1)
+            if len(text := file.read(LONGEST_FILE + 1)) <= LONGEST_FILE:
+                return text
     except FileNotFoundError:
         close = nearest(path.name, [p.name for p in path.parent.glob("*.toml")])
         raise SceneError(f"scene file {quoted(str(path))} does not exist.{close}") from None
@@ -118,10 +117,8 @@ def _read(path: Path) -> str:
         raise SceneError(f"scene file {quoted(str(path))} cannot be read: {reason}") from None
     except ValueError as error:  # no UTF-8, or no path
         raise SceneError(f"scene file {quoted(str(path))} cannot be read: {error}") from None
-    if len(text) > LONGEST_FILE:
-        longest = f"at most {LONGEST_FILE} characters"
-        raise SceneError(f"scene file {quoted(str(path))} is too long: expected {longest}")
-    return text
+    longest = f"at most {LONGEST_FILE} characters"
+    raise SceneError(f"scene file {quoted(str(path))} is too long: expected {longest}")
 
 
 def parse(name: str, text: str) -> dict[str, Any]:

@@ -117,15 +117,11 @@ def stress_cases() -> list[StressCase]:
     found: list[StressCase] = []
     for point in sorted(entry_points(group="geomint.stress"), key=lambda p: p.name):
         try:
-            cases = loaded(point)()
-            for case in cases:
-                if not isinstance(case, StressCase):
-                    raise DomainError(
-                        f"entry point {point.value}", case, "geomint.StressCase objects"
-                    )
+            cases = list(loaded(point)())
+            if not all(isinstance(case, StressCase) for case in cases):
+                raise DomainError("cases", cases, "geomint.StressCase objects")
+            found += cases
         except Exception as error:  # a package that is broken must not take the others with it
             leave_out(point, "a function that returns geomint.StressCase objects", error)
-        else:
-            found.extend(cases)
     axes = list(dict.fromkeys(case.axis.name for case in found))
     return sorted(found, key=lambda case: axes.index(case.axis.name))
