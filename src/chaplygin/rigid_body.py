@@ -60,9 +60,7 @@ def check_inside(moments: Array, mass: float, radius: float) -> None:
         raise gi.DomainError("moments", moments, "I_i ≤ I_j + I_k, as all bodies have")
     if values[0] > 0.0 and not LEAST <= inside <= 2.0 + ROUNDING:
         uniform = f"a uniform one has 0.4 m r² = {0.4 * mass * radius * radius:.3g} three times"
-        expected = (
-            f"a sum of {LEAST:g} m r² … 2 m r², as of bodies in a ball, in kg m²: {uniform}"
-        )
+        expected = f"a sum of {LEAST:g} m r² … 2 m r², as of bodies in a ball, in kg m²: {uniform}"
         raise gi.DomainError("moments", moments, expected)
 
 
