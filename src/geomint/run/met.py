@@ -10,7 +10,6 @@ from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
 
-
 @dataclass(frozen=True, eq=False)
 class Met(Compared):
     """The events of one name along a run, in its order.
