@@ -102,7 +102,7 @@ class Crossings:
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
         if not self._calls:
-            self._make({name: scalar_block(2) for name in self._events})
+            self._make({name: scalar_block(3) for name in self._events})
 
     def _make(self, signs: Mapping[str, Block]) -> None:
         """Make the calls, with the signs that events have had last."""
@@ -117,6 +117,7 @@ class Crossings:
                 **{**common, **own_blocks(s), **inside_of(s)},
                 event=bind(event.function(problem), VALUE, **sizes),
                 component=event.row(problem),
+                level=event.level,
                 y=scalar_block(problem.rows),
                 free=scalar_block(problem.work),
                 direction=event.sign,

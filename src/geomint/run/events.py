@@ -83,9 +83,8 @@ class Event(Compared):
         return -1 if row is None else row
 
     def function(self, problem: Problem) -> Recorded:
-        """Return what is looked at, less the level, as an observable of the problem."""
-        found = self.what if isinstance(self.what, Recorded) else quantity(problem, self.what)
-        return found if self.level == 0.0 else _less(found, self.level)
+        """Return what is looked at as an observable of the problem; where it is the level is an event."""
+        return self.what if isinstance(self.what, Recorded) else quantity(problem, self.what)
 
 
 @overload
@@ -155,14 +154,6 @@ def _component(row: int) -> Recorded:
         return y[row]
 
     return observable(component)
-
-
-@functools.lru_cache(maxsize=256)
-def _less(function: Recorded, level: float) -> Recorded:
-    def less(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return function(params, t, y, work) - level
-
-    return observable(less)
 
 
 def choose_events(wanted: Any) -> dict[str, Event]:

@@ -3,11 +3,14 @@
 A step is looked at along what its method remembers of it; where that is nothing, along an interpolant
 of the last eight nodes. Either costs a few operations and no step. Where that does not tell how many
 roots there are (`geomint.kernels.solve.sign_changes`) the orbit itself is asked: values at nine points
-by real partial steps, halved until each part has no root or one. A root is met by the secant method
-with real partial steps, begun where interpolation has it (`geomint.kernels.solve.orbit`).
+by real partial steps, halved until each part has no root or one. A root is met by real partial steps,
+begun where interpolation has it, within a bracket (`geomint.kernels.solve.orbit`).
 
-The sign of 0 is that before: a root exactly at a node counts once, where the sign has changed, and one
-where a run begins does not count.
+The sign of 0 is that before: a root exactly at a node counts once, where the sign has changed, one
+where a run begins or ends does not count, and of a stretch of zeros between two signs the end does. A
+value at a node is 0 if it is within what rounding of the orbit does to it. What does not decide, for it
+is small beside other values, is passed over; where the sign is seen to have changed behind it, the root
+is looked for between.
 """
 
 from ..compiling.bound import Bound
@@ -16,10 +19,13 @@ from ..compiling.signatures import VALUE, of_stepper
 from ..numbers.blocks import part
 from .orbit import (
     INSIDE_STEP,
+    NEAREST,
     NINE,
     NOTE,
     Orbit,
+    clear_of,
     conditioning,
+    crossing,
     real_value,
     root,
     values_inside,
@@ -35,6 +41,7 @@ from .sign_changes import (
     evenly,
     look,
     look_closer,
+    looked_at,
     of_quartic,
     quartic,
     verdict,
@@ -46,6 +53,9 @@ __all__ = ["EVENTS", "MOST_IN_STEP", "NODES", "NOTE", "SCRATCH"]
 
 MOST_IN_STEP = 64  # events
 ROUNDING = 2.0**-49  # of the event's size
+# What may be left, where a run begins, of an event that has ended another one: of the numbers that
+# it is made of, and of the values in the first step.
+LEFT, BESIDE = 2.0**-43, 2.0**-30
 TOUCH = 2.0**-40  # of the event's size: values no larger do not decide
 FADED = 2.0**-20  # of the event's size: below that it is looked at anew
 SMALLEST = 1e-290  # a size: below that of a function that fades away numbers are no more dense
@@ -69,6 +79,23 @@ def keep(orbit, node: int, theta: float, sign: float, at: int, out) -> None:
 
 
 @helper
+def rounded(orbit, node: int, other: int, value: float, size: float) -> float:
+    """Return the event's value at an end of a step, or 0 if that is what it is to rounding."""
+    if abs(value) > ROUNDING * size:
+        return value
+    return value if abs(value) > ROUNDING * conditioning(orbit, node, other, False) else 0.0
+
+
+@helper
+def at_start(orbit, node: int, value: float, after: float, size: float) -> float:
+    """Return the value where a run begins, or 0 if that may be what is left of an event there."""
+    left = LEFT * conditioning(orbit, node, node + 1, False)
+    if ROUNDING * size < abs(value) <= left:
+        left = BESIDE * max(abs(after), abs(real_value(orbit, node, 0.5)))
+    return value if abs(value) > left else 0.0
+
+
+@helper
 def met(
     orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
     found: int, out,
@@ -77,9 +104,17 @@ def met(
 
     `sign` is that before the root; without one that of the whole part.
     """
-    if signs[0] == -sign and direction * sign >= 0.0:  # the root was where this part begins
-        real_value(orbit, node, a)
-        keep(orbit, node, a, sign, found, out)
+    if (
+        signs[0] == -sign and direction * sign >= 0.0
+    ):  # the root was before this part, or at its begin
+        last = signs[2]
+        high = a + (b - a) * clear_of(orbit, node, a, b, 0.0, sign)
+        x = min(last + NEAREST, 0.5 * (last + high))
+        theta = crossing(orbit, node, last, high, x, 0.0, False, sign > 0.0)
+        if theta <= NEAREST:
+            theta = 0.0
+            real_value(orbit, node, theta)
+        keep(orbit, node, theta, sign, found, out)
         found += 1
     if roots == ONE:
         sign = -sign
@@ -87,7 +122,9 @@ def met(
             theta = root(orbit, node, a, b, f, sign > 0.0, ROUNDING * signs[1])
             keep(orbit, node, theta, sign, found, out)
             found += 1
-    signs[0] = sign
+    signs[0], signs[2] = sign, b
+    if not f[4] * sign > 0.0:  # the sign is known before the end
+        signs[2] = a + (b - a) * clear_of(orbit, node, a, b, 1.0, sign)
     return found
 
 
@@ -148,11 +185,14 @@ def halved(pieces, at: int, low: float, high: float, f, odd) -> None:
 
 @helper
 def search(orbit, node: int, direction: int, signs, pieces, values, found: int, out) -> int:
-    """Find the events of a step on the orbit itself, part by part; return how many there are then."""
+    """Find the events of a step on the orbit itself, part by part; return how many there are then.
+
+    The values at its ends are there.
+    """
     f, b = part(values, 0, FIVE), part(values, FIVE, FIVE)
     note, width = orbit.note, 2 + FIVE
     pieces[0], pieces[1] = 0.0, 1.0
-    for k in range(FIVE):
+    for k in range(1, FIVE - 1):
         pieces[2 + k] = real_value(orbit, node, 0.25 * k)
     waiting, vague = 1, 0
     begun = found
@@ -191,8 +231,8 @@ def search(orbit, node: int, direction: int, signs, pieces, values, found: int, 
 @helper
 def find(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, inside, places, known, event, component: int, y, free, direction: int, states,
-    times, memories, before, first: int, signs, scratch, note, room: int, out,
+    whole, begun, inside, places, known, event, component: int, level: float, y, free, direction: int,
+    states, times, memories, before, first: int, signs, scratch, note, room: int, out,
 ) -> Steps:  # fmt: skip
     """Write the events between nodes, from node `first` on: time, direction, state.
 
@@ -200,9 +240,9 @@ def find(
     ----------
     inside, places, known : function, block, block
         What tells of a step inside, see `geomint.methods.stepper.Between`, and room for it, or none.
-    event, component, y, free : function, int, block, block
-        The event as an observable; the row of which it is a level, so that its values are as smooth as
-        that, or −1; room for a state as it takes it; its scratch.
+    event, component, level, y, free : function, int, float, block, block
+        The event as an observable; the row that it is in its place, so that its values are as smooth as
+        that, or −1; the value that is looked for; room for a state as it takes it; its scratch.
     direction : int
         1: where it rises, −1: where it falls, 0: both.
     states, times : block
@@ -210,9 +250,9 @@ def find(
     memories, before : block
         What is remembered of the steps from the first nodes on, as many as it is known of, and of the
         step before these, or nothing.
-    signs : block, shape (2,)
+    signs : block, shape (3,)
         The last sign that was not 0, or 0; the event's size: the largest value so far, or since it
-        faded away, and what it is the difference of. Changed.
+        faded away, and what it is the difference of; where in a step that sign is known. Changed.
     note : block, shape (NOTE,)
         What went wrong, and what is in memory.
     room : int
@@ -230,8 +270,8 @@ def find(
     nine = part(scratch, WEIGHTS + NODES + PIECES + 2 * FIVE, 2 * NINE)
     orbit = Orbit(
         advance, functions, params, coefficients, fractions, memory, work, rows, write, table, whole,
-        begun, inside, places, known, event, component, y, free, states, times, memories, before,
-        note, nine,
+        begun, inside, places, known, event, component, level, y, free, states, times, memories,
+        before, note, nine,
     )  # fmt: skip
     note[0], note[4], note[5], note[7] = OK, -1.0, -1.0, -1.0
     found, even = 0, False
@@ -240,7 +280,7 @@ def find(
         for k in range(0 if from_nodes else NODES - 2, NODES - 1):
             values[k] = values[k + 1]
         here = part(states, node * rows, len(y))
-        values[NODES - 1] = event(params, times[node], here, free)
+        values[NODES - 1] = looked_at(orbit, times[node], here)
         if node <= first:
             continue
         last = node - 1
@@ -250,17 +290,18 @@ def find(
         if not (abs(f[0]) < 1e308 and abs(f[4]) < 1e308):
             note[3] = 0.0 if not abs(f[0]) < 1e308 else 1.0
             return EVENT_NOT_FINITE, last, found, 0.0
-        size = max(abs(f[0]), abs(f[4]))
+        size, start = max(abs(f[0]), abs(f[4])), signs[1] == 0.0
+        f[0] = rounded(orbit, last, node, f[0], signs[1])
         if size < FADED * signs[1]:  # fading away, or what is left of larger numbers
-            for r in range(len(y)):
-                y[r] = here[r]
-            made_of = conditioning(event, params, free, times[node], y, False)
+            made_of = conditioning(orbit, node, last, False)
             signs[1] = min(signs[1], max(size, max(made_of, SMALLEST)))
-        elif signs[1] == 0.0:  # small differences of large numbers are known no better than these
-            for r in range(len(y)):
-                y[r] = here[r]
-            signs[1] = conditioning(event, params, free, times[node], y, True)
+        elif start:  # small differences of large numbers are known no better than these
+            signs[1] = conditioning(orbit, node, last, True)
         signs[1] = max(signs[1], size)
+        f[4] = end = rounded(orbit, node, last, f[4], signs[1])
+        if start:
+            f[0] = at_start(orbit, last, f[0], end, signs[1])
+        pieces[2], pieces[1 + FIVE], signs[2] = f[0], end, 0.0
         roots, sign, rounding = UNCLEAR, 0.0, ROUNDING * signs[1]
         if from_nodes and node >= NODES - 1:
             now = evenly(times, node)
@@ -270,7 +311,7 @@ def find(
             if component >= 0:
                 tail = look(values, weights, f)
             else:
-                tail = look_closer(event, params, free, states, times, rows, node, weights, y, f)
+                tail = look_closer(orbit, node, weights, f)
             roots, sign = verdict(f, b, tail + rounding, rounding)
         earlier = found
         if roots != UNCLEAR:
@@ -283,6 +324,9 @@ def find(
                 found = clear
             else:
                 found = search(orbit, last, direction, signs, pieces, five, found, out)
+        if note[0] == OK and end != 0.0 and end * signs[0] <= 0.0:  # behind what does not decide
+            f[4], sign = end, 1.0 if end > 0.0 else -1.0
+            found = met(orbit, last, 1.0, 1.0, f, 0, sign, direction, signs, found, out)
         for k in range(earlier, found):  # what is before a node is not at it, by rounding
             h = times[node] - times[last]
             if (out[k * (rows + 2)] - times[node]) * h >= 0.0:

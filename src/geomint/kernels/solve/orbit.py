@@ -11,7 +11,7 @@ from ..compiling.signatures import of_header
 from ..numbers.arithmetic import top
 from ..numbers.blocks import as_lanes, part
 from .partial import one_step, whole_step
-from .sign_changes import DECAYED, RESOLVED, UNKNOWN, quartic
+from .sign_changes import DECAYED, RESOLVED, UNKNOWN, looked_at, quartic
 from .status import EVENT_NOT_FINITE, OK
 
 __all__ = [
@@ -22,7 +22,9 @@ __all__ = [
     "NOTE",
     "Orbit",
     "bound_inside",
+    "clear_of",
     "conditioning",
+    "crossing",
     "real_value",
     "root",
     "values_inside",
@@ -30,6 +32,10 @@ __all__ = [
 
 NEAREST = 2.0**-48  # of a step: roots are met to this
 ROUGH = 2.0**-40  # of a step: no slope is taken from values nearer to each other
+PLAIN = (
+    2.0**-10
+)  # of the values beside a root, over its part: where the slope is less, it may be multiple
+MOST, FREE = 64, 16.0  # values at a root; how much wider than by bisection alone a bracket may be
 GUESSED = 2.0**-30  # of a part: to this the first guess at a root is found
 MOST_HALVED = 30  # halvings towards an end of a part
 NEARBY = 2.0**-6  # of a step: a partial step begins on another one so near
@@ -45,30 +51,37 @@ INSIDE = 16  # numbers a row, see `geomint.methods.stepper.Between`
 Orbit = namedtuple(
     "Orbit",
     "advance functions params coefficients fractions memory work rows write table whole begun "
-    "inside places known event component y free states times memories before note nine",
+    "inside places known event component level y free states times memories before note nine",
 )
 
 
 @helper
-def conditioning(event, params, free, t: float, y, own: bool) -> float:
-    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t|: the roundings of an orbit change f by ε times it.
+def conditioning(orbit, node: int, other: int, own: bool) -> float:
+    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t| at a node: the roundings of an orbit change f by ε times it.
 
-    With `own`, each number's own size in place of the largest one.
+    The largest number is that of both ends of a step, the `other` among them; with `own`, each number's
+    own size is taken in its place. No time outside of the step is asked for.
     """
+    y, rows, t = orbit.y, orbit.rows, orbit.times[node]
     tiny, total, largest = 2.0**-26, 0.0, 0.0
     for r in range(len(y)):
-        largest = max(largest, abs(y[r]))
+        y[r] = orbit.states[node * rows + r]
+        largest = max(largest, max(abs(y[r]), abs(orbit.states[other * rows + r])))
     for r in range(len(y)):
         known = y[r]
         change = tiny * (abs(known) if own else largest)
         y[r] = known + change
-        more = event(params, t, y, free)
+        more = looked_at(orbit, t, y)
         y[r] = known - change
-        total += abs(more - event(params, t, y, free))
+        total += abs(more - looked_at(orbit, t, y))
         y[r] = known
-    more = event(params, t * (1.0 + tiny), y, free)
-    total += abs(more - event(params, t * (1.0 - tiny), y, free))
-    return 0.5 * total / tiny if total < 1e300 else 1e308
+    span = orbit.times[other] - t
+    change = min(tiny * abs(t), abs(span))
+    if change > 0.0:
+        later = looked_at(orbit, t + (change if span > 0.0 else -change), y)
+        total += 2.0 * abs(later - looked_at(orbit, t, y)) * (tiny * abs(t) / change)
+    total = 0.5 * total / tiny
+    return total if total < 1e308 else 1e308
 
 
 @helper
@@ -89,10 +102,12 @@ def begin(orbit, node: int) -> None:
 def real_value(orbit, node: int, theta: float) -> float:
     """Return the event's value on the orbit, θ of a step from a node; leave the state in memory."""
     memory, rows, note = orbit.memory, orbit.rows, orbit.note
-    t, h = orbit.times[node], orbit.times[node + 1] - orbit.times[node]
+    h = orbit.times[node + 1] - orbit.times[node]
+    t = orbit.times[node] + theta * h
     begin(orbit, node)
     if theta == 0.0 or theta == 1.0:
         at = node if theta == 0.0 else node + 1
+        t = orbit.times[at]
         for r in range(rows):
             memory[r] = orbit.states[at * rows + r]
         note[5] = -1.0
@@ -103,7 +118,7 @@ def real_value(orbit, node: int, theta: float) -> float:
         note[5], note[6] = node, theta
         if status != OK:
             note[0], note[1], note[2], note[3] = status, iterations, residual, theta
-    value = orbit.event(orbit.params, t + theta * h, part(memory, 0, len(orbit.y)), orbit.free)
+    value = looked_at(orbit, t, part(memory, 0, len(orbit.y)))
     if not abs(value) < 1e308 and note[0] == OK:
         note[0], note[1], note[2], note[3] = EVENT_NOT_FINITE, 0, value, theta
     return value
@@ -145,10 +160,10 @@ def values_inside(orbit, node: int, first: float, last: float) -> float:
         for k in range(7):
             for r in range(rows):
                 y[r] = orbit.states[at + r] + inside[INSIDE * r + 8 + k]
-            plain = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free)
+            plain = looked_at(orbit, t + (k + 1) * h, y)
             for r in range(rows):
                 y[r] = orbit.states[at + r] + inside[INSIDE * r + k]
-            nine[k + 1] = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free)
+            nine[k + 1] = looked_at(orbit, t + (k + 1) * h, y)
             left = max(left, abs(nine[k + 1] - plain))
             largest = max(largest, abs(nine[k + 1]))
     if not left <= DECAYED * largest:
@@ -203,7 +218,7 @@ def clear_of(orbit, node: int, a: float, b: float, end: float, sign: float) -> f
 def guess(
     orbit, node: int, a: float, b: float, f, low: float, high: float, rising: bool
 ) -> tuple[float, float]:
-    """Return about where the event is 0 on the way from a to b, between parts of it; its slope."""
+    """Return about where the event is 0 on the way from a to b, between parts of it; its slope there."""
     x = 0.5
     before, value_before, slope = 0.0, f[0], f[4] - f[0]
     if orbit.note[7] == node:
@@ -218,43 +233,60 @@ def guess(
             high = x
         else:
             low = x
-        if abs(x - before) <= GUESSED:  # too near for a slope, which rounding would decide
+        if abs(x - before) <= GUESSED:
             break
         slope = (value - value_before) / (x - before)
         before, value_before = x, value
-    return a + (b - a) * x, slope / (b - a)
+    away = 2.0**-16
+    more = guessed_value(orbit, node, a + (b - a) * (x + away), x + away, f)
+    less = guessed_value(orbit, node, a + (b - a) * (x - away), x - away, f)
+    return a + (b - a) * x, 0.5 * (more - less) / (away * (b - a))
+
+
+@helper
+def crossing(
+    orbit, node: int, a: float, b: float, x: float, slope: float, plain: bool, rising: bool
+) -> float:
+    """Return θ where the event's sign turns to that after, which it has at b and not at a.
+
+    The bracket decides, which no secant can keep from shrinking, in a few values more than bisection
+    takes (I. F. D. Oliveira and R. H. C. Takahashi, ACM Trans. Math. Softw. 47 (2021) 5). Where the
+    slope is `plain`, and stays about what it is at x, the last move does: at a multiple root moves
+    get small far away from it. The sign of 0 is that before.
+    """
+    first, width = slope, FREE * (b - a)
+    before, value_before = x, 0.0
+    for k in range(MOST):
+        value = real_value(orbit, node, x)
+        if value > 0.0 if rising else value < 0.0:
+            b, far = x, a - x
+        else:
+            a, far = x, b - x
+        if k > 0 and abs(x - before) > ROUGH:
+            slope = (value - value_before) / (x - before)
+            plain = plain and abs(slope) > 0.25 * abs(first)
+        share = -value / slope / far if slope != 0.0 else 0.5
+        near = plain and abs(share * far) <= NEAREST
+        if near or b - a <= NEAREST or orbit.note[0] != OK:
+            return x
+        before, value_before = x, value
+        width *= 0.5
+        x += far * (max(share, 0.5 * NEAREST / abs(far)) if share >= 0.0 else 0.5)
+        reach = min(0.5 * (width - (b - a)), 0.5 * (b - a) - 0.25 * NEAREST)
+        x = min(max(x, 0.5 * (a + b) - reach), 0.5 * (a + b) + reach)
+    return before
 
 
 @helper
 def root(orbit, node: int, a: float, b: float, f, rising: bool, rounding: float) -> float:
-    """Return θ where the event is 0 between a and b, with one sign before it and the other one after.
-
-    By the secant method on the orbit, kept within the bracket.
-    """
+    """Return θ where the event is 0 between a and b, with one sign before it and the other one after."""
     begin(orbit, node)
     sign = 1.0 if rising else -1.0
     low = clear_of(orbit, node, a, b, 0.0, -sign) if abs(f[0]) <= rounding else 0.0
     high = clear_of(orbit, node, a, b, 1.0, sign) if abs(f[4]) <= rounding else 1.0
     x, slope = guess(orbit, node, a, b, f, low, high, rising)
-    a, b = a + (b - a) * low, a + (b - a) * high
-    before, value_before = x, 0.0
-    for k in range(60):
-        value = real_value(orbit, node, x)
-        if value == 0.0 or orbit.note[0] != OK:
-            return x
-        if (value > 0.0) == rising:
-            b = x
-        else:
-            a = x
-        if k > 0 and abs(x - before) > ROUGH:
-            slope = (value - value_before) / (x - before)
-        before, value_before = x, value
-        x = before - value / slope if slope != 0.0 else b
-        if abs(x - before) <= NEAREST or b - a <= NEAREST:
-            return before
-        if not a < x < b or k % 8 == 7:
-            x = 0.5 * (a + b)
-    return before
+    plain = abs(slope) * (b - a) > PLAIN * max(abs(f[0]), abs(f[4]))
+    return crossing(orbit, node, a + (b - a) * low, a + (b - a) * high, x, slope, plain, rising)
 
 
 @helper

@@ -17,6 +17,7 @@ __all__ = [
     "evenly",
     "look",
     "look_closer",
+    "looked_at",
     "of_quartic",
     "quartic",
     "verdict",
@@ -27,7 +28,7 @@ NODES = 8  # of the interpolant
 STEEP = 32.0  # how much faster than b an error may rise from an end, where it is 0
 DECAYED = 2.0**-6  # of the largest value
 RESOLVED = 2.0**-7  # of the state's size
-UNKNOWN = 1e300  # an error
+UNKNOWN = float("inf")  # an error
 MARGIN = 2.0  # of the estimated error of interpolation
 NONE, ONE, UNCLEAR = 0, 1, 2
 FIVE = 5
@@ -152,15 +153,24 @@ def look(values, weights, f) -> float:
     return MARGIN * left + of_quartic(f) if left <= DECAYED * size else UNKNOWN
 
 
+@inlined
+def looked_at(orbit, t: float, y) -> float:
+    """Return the event's value at a state: a component of it, or what the function gives, less the level."""
+    at = orbit.component
+    value = y[at] if at >= 0 else orbit.event(orbit.params, t, y, orbit.free)
+    return value - orbit.level
+
+
 @helper
-def look_closer(event, params, free, states, times, rows: int, last: int, weights, y, f) -> float:
+def look_closer(orbit, last: int, weights, f) -> float:
     """Write the values at interpolated states: a function may do more than its values at nodes show.
 
     States that are not known to a part of `RESOLVED` say nothing: values of a bounded function may
     then agree by chance.
     """
+    y, rows, states = orbit.y, orbit.rows, orbit.states
     first = (last + 1 - NODES) * rows
-    begin, span = times[last - 1], times[last] - times[last - 1]
+    begin, span = orbit.times[last - 1], orbit.times[last] - orbit.times[last - 1]
     seven, six, five, size, left = 0.0, 0.0, 0.0, 0.0, 0.0
     for r in range(len(y)):
         y[r] = blended(states, first + r, rows, weights, 1)
@@ -171,7 +181,7 @@ def look_closer(event, params, free, states, times, rows: int, last: int, weight
     for k in range(6):
         for r in range(len(y)):
             y[r] = blended(states, first + r, rows, weights, k)
-        value = event(params, begin + 0.25 * (k + 1 if k < 3 else 2) * span, y, free)
+        value = looked_at(orbit, begin + 0.25 * (k + 1 if k < 3 else 2) * span, y)
         if k < 3:
             f[k + 1] = value
         elif k == 3:

@@ -94,12 +94,13 @@ class ExactCrossings:
         states = self._path.states(times)
         ends: list[tuple[float, str, EventError | None]] = [(float(edges[-1]), "", None)]
         for name, known in self._found.items():
-            values = self._values[name]
+            values, level = self._values[name], self._events[name].level
 
-            def at(t: Array, values: Values = values) -> Array:
-                return values(t, self._path.states(t))
+            def at(t: Array, values: Values = values, level: float = level) -> Array:
+                return values(t, self._path.states(t)) - level
 
-            found = self._roots[name].within(edges, values(times, states).reshape(points.shape), at)
+            here = (values(times, states) - level).reshape(points.shape)
+            found = self._roots[name].within(edges, here, at)
             known.take(found, self._after)
             if known.last is not None:
                 ends.append((known.last, name, None))
