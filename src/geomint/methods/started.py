@@ -19,8 +19,11 @@ def started(method: Method, s: Start) -> Stepper:
     """
     kept = _kept(s).get((method, s.clock))
     if kept is None or method.adaptive or not s.compiled or kept[1] != _now(method, s, kept[0]):
-        return method.start(s)
-    return kept[0].renewed(np.append(s.y0, 0.0) if s.clock else s.y0, s.t0, s.h)
+        stepper = method.start(s)
+    else:
+        stepper = kept[0].renewed(np.append(s.y0, 0.0) if s.clock else s.y0, s.t0, s.h)
+    stepper.end = None if method.adaptive else s.end
+    return stepper
 
 
 def keep_started(method: Method, s: Start, stepper: Stepper) -> None:

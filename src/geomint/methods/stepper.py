@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,10 +22,11 @@ from ..errors import (
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import Block, part, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import LOST_RANK, NOT_CONVERGED, OK, OUTSIDE_CHART
 
+GAP = 4  # roundings before an end: one of i h, one of N h, two of sums with them
 NOTHING = scalar_block(0)
 _TURNING = threading.RLock()
 
@@ -114,6 +116,8 @@ class Stepper:
         Makes what takes the steps from the first one on that does not converge.
     ranked : bool
         Whether each step has a number of its own that ranks it (`geomint.kernels.solve.ranks`).
+    end : float or None
+        Where the run ends, in the problem's own time: no function is asked beyond it.
     """
 
     kernel: Recorded
@@ -133,6 +137,7 @@ class Stepper:
     lane_by_lane: bool = False
     otherwise: Callable[[], Kernel] | None = None
     ranked: bool = False
+    end: float | None = None
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
@@ -195,7 +200,8 @@ class Stepper:
         return (abs(self.h),) * 3
 
     def aim(self, end: float) -> None:
-        """Let a stepper that chooses its steps end there; others end where they are told."""
+        """Let a run end there: one that chooses its steps does, others end where they are told."""
+        self.end = end
 
     def time_after(self, steps: int) -> float:
         """Return the problem's own time after so many steps; an adaptive stepper remembers it."""
@@ -281,17 +287,47 @@ class Stepper:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
+        rows, last, t0 = len(self.memory) if whole else self.rows, first + count - 1, self.t0
+        if self.end is not None:
+            t0 = self.last_begin(t0, self.h, first + count, self.end)
+        if t0 != self.t0 and count > 1:
+            done = self._advanced(first, count - 1, every, out, whole, ranks)
+            if done.status != OK:
+                return done
+            saved = (last // every - first // every) * rows
+            out = part(out, saved, len(out) - saved)
+            final = self._advanced(last, 1, every, out, whole, ranks)
+            both = done.steps + final.steps, done.iterations + final.iterations
+            return Advance(final.status, *both, final.residual)
         if self._advance.owner is not self:  # steppers made by `restarted` share the call
             self._advance.set(memory=self.memory, work=self.work, t0=self.t0, h=self.h)
             self._advance.owner = self
         given = {"first": first, "count": count, "every": every, "out": out, "ranks": ranks}
-        if not whole:
+        if not whole and t0 == self.t0:
             return Advance(*self._advance(**given))
-        self._advance.set(rows=len(self.memory))
+        self._advance.set(rows=rows, t0=t0)
         try:
             return Advance(*self._advance(**given))
         finally:
-            self._advance.set(rows=self.rows)
+            self._advance.set(rows=self.rows, t0=self.t0)
+
+    def last_begin(self, t0: float, h: float, steps: int, end: float | None) -> float:
+        """Return t0, or some roundings less, from which the last of so many steps is counted.
+
+        Sums of times and lengths may round to more than the end, where functions of time may have no
+        value. A state knows nothing of it, and no step of a Gauss method has a stage there.
+        """
+        near = end is not None and abs(t0 + steps * h - end) < 1e-9 * abs(h)
+        if not near or end is None or self.between is not None:
+            return t0
+        lengths, starts = self.fractions.data.reshape(2, -1)
+        rounding = math.copysign(math.ulp(max(abs(t0), abs(end))), h)
+        for roundings in range(GAP + 1):
+            begin = t0 - roundings * rounding
+            last = begin + (steps - 1) * h
+            if (((last + starts * h) + lengths * h - end) * h <= 0.0).all():
+                return begin
+        return t0
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper from another state, time and step, remembering at most the carries."""

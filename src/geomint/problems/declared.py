@@ -39,6 +39,7 @@ def claims_kept(
     t: float = 0.0,
     functions: Fingerprints = (),
     moved: bool = False,
+    ahead: float = math.inf,
 ) -> tuple[Claim, ...]:
     """Return `false_claims`, looked for once for parameters and functions, where the first run starts.
 
@@ -49,6 +50,8 @@ def claims_kept(
     ----------
     functions : tuple of str
         What `check_problem` has returned.
+    ahead : float
+        How much of the run lies ahead, or with its sign behind: it is looked at there.
     """
     said = problem.invariants or problem.constraints or len(problem.forms) > 1
     if problem.rows > FEW or not said:
@@ -57,24 +60,31 @@ def claims_kept(
     def looked_for() -> tuple[Claim, ...]:
         with Gathered(quiet=True), suppress(Exception):
             if moved:  # flows need a state on the manifold
-                found = false_claims(problem, problem.canonical(y), t)
+                found = false_claims(problem, problem.canonical(y), t, ahead)
                 return tuple(claim for claim in found if claim[1] > ERRED)
-            return false_claims(problem, y, t)
+            return false_claims(problem, y, t, ahead)
         return ()  # of functions that plain Python cannot evaluate there
 
     return kept_with(problem, ("claims", moved, problem.params.tobytes(), *functions), looked_for)
 
 
 def tell_false_claims(
-    problem: Problem, y: Array, t: float, functions: Fingerprints, moved: bool = False
+    problem: Problem,
+    y: Array,
+    t: float,
+    ahead: float,
+    functions: Fingerprints,
+    moved: bool = False,
 ) -> None:
     """Warn of them; where the first run has `moved` to too: at rest nothing is seen."""
-    for name, size, text in claims_kept(problem, y, t, functions, moved):
+    for name, size, text in claims_kept(problem, y, t, functions, moved, ahead):
         tell(DeclarationWarning(text, name, size))
 
 
 @np.errstate(all="ignore")
-def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...]:
+def false_claims(
+    problem: Problem, y: Array, t: float = 0.0, ahead: float = math.inf
+) -> tuple[Claim, ...]:
     """Return what a problem says of its motion through a state, and is not so.
 
     Invariants and constraints are constant: of ``dI/dt = ∂I/∂t + Σ ∂I/∂y_i ẏ_i`` the sum is to vanish
@@ -96,7 +106,7 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
     rough = {"action": QUOTIENT, "splitting": QUOTIENT * max(1.0, fastest)}.get(first, NOISE)
     if not TINY < fastest < np.inf:
         return ()
-    h = LATER / fastest
+    h = math.copysign(min(LATER / fastest, 0.5 * abs(ahead)), ahead)
     later, z = t + h, y + h * (rates + 0.5 * h * slopes @ rates)
     with Gathered(quiet=True), suppress(GeomintError):
         z = problem.canonical(z)
@@ -115,7 +125,7 @@ def false_claims(problem: Problem, y: Array, t: float = 0.0) -> tuple[Claim, ...
                 break
     for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
         for name, f in known.items():
-            if reads(f.function.__code__, 1) and math.ulp(later) > ROUGH * h:
+            if reads(f.function.__code__, 1) and math.ulp(later) > ROUGH * abs(h):
                 continue  # so late that times round to more than differences take
             along, alone = _gradient(problem, f, z, later, sizes, h)
             terms = np.append(along * rates, alone)

@@ -13,11 +13,12 @@ import numpy as np
 
 from ..arguments import as_array
 from ..errors import DomainError, MethodError
+from ..methods.stepper import GAP
 from ..problems.problem import Problem
 from .integrator import Integrator
 from .restart import Restart
 from .solution import Solution
-from .timeline import GAP, Timeline, counted, ending, reached_by
+from .timeline import Timeline, counted, ending, reached_by, within
 
 APART = 4 * GAP  # roundings: times that are nearer to each other are the same
 
@@ -83,5 +84,6 @@ def divided(
         steps, met = counted(until - start, abs(halved or timeline.h))
         steps = max(steps + (not met), least) * (2 if halved else 1)
         h = timeline.h if adaptive else (until - start) / steps
+        h = within(start, h, until) if steps == 1 else h
         stretches.append(Timeline(start, h, None if adaptive else steps, 0.0, until, None))
     return tuple(stretches)

@@ -83,7 +83,7 @@ class Event(Compared):
         return -1 if row is None else row
 
     def function(self, problem: Problem) -> Recorded:
-        """Return what is looked at as an observable of the problem; where it is the level is an event."""
+        """Return what is looked at, from which the level is taken, as an observable of the problem."""
         return self.what if isinstance(self.what, Recorded) else quantity(problem, self.what)
 
 

@@ -23,7 +23,7 @@ from ..problems.problem import Problem
 from .carried_directions import PIECE, CarriedDirections, columns
 from .local_error import LocalError, tell_errors
 from .restart import Restart
-from .timeline import MOST_STEPS, Timeline, check_advance
+from .timeline import MOST_STEPS, Timeline, check_advance, within
 from .watched_steps import PIECE as RANKED, WatchedSteps
 
 BATCH = 1 << 16  # steps between which Ctrl-C is seen
@@ -351,9 +351,13 @@ class Integrator:
         nearest = round(gap / self.h)
         met = abs(nearest * self.h - gap) <= rounding(end)
         left = nearest if met else int(gap / self.h)
-        while left > 0:
-            left -= self._some(min(left, BATCH))
-        self._meet(end)
+        self.stepper.aim(end)
+        try:
+            while left > 0:
+                left -= self._some(min(left, BATCH))
+            self._meet(end)
+        finally:
+            self.stepper.end = None
 
     def _aim(self, end: float) -> None:
         """Let an adaptive method end there; its limit of steps is that of a call."""
@@ -366,6 +370,7 @@ class Integrator:
         rest = end - here
         if abs(rest) > rounding(end):
             stepper = self.stepper
+            rest = within(here, rest, end)
             y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
             if self._watched is not None:
                 self._tell(self._watched.cut(end, y))

@@ -317,7 +317,9 @@ def _solved(
     form = problem.forms[0] if exact else chosen.needs
     if admitted is None or evaluated:  # else it has been looked at with the state
         functions = check_problem(problem, state, form, with_clock, evaluated)
-    tell_false_claims(problem, state, timeline.start, functions)
+    ahead = timeline.own_end
+    ahead = math.copysign(math.inf, timeline.h) if ahead is None else ahead - timeline.start
+    tell_false_claims(problem, state, timeline.start, ahead, functions)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -410,7 +412,7 @@ def _solved(
         raise status
     if solution.success and isinstance(solution.ranked, Ranked):
         reached = solution.ranked.final[: problem.rows]
-        tell_false_claims(problem, reached, solution.ranked.end, functions, moved=True)
+        tell_false_claims(problem, reached, solution.ranked.end, -ahead, functions, moved=True)
     if given and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif given and step is not None and may_lose(solution, True):

@@ -9,12 +9,12 @@ import numpy.typing as npt
 from ..arguments import MOST_NUMBERS, Array, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
+from ..methods.stepper import GAP
 from ..problems.evaluate import Rate, rates_of, value_of
 from ..problems.problem import Problem
 from .restart import Restart
 
 MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
-GAP = 4  # roundings before a break: one of i h, one of N h, two of sums with them
 
 
 class Timeline(NamedTuple):
@@ -82,7 +82,8 @@ def plan_timeline(
     start, span = begin if own else 0.0, end - begin
     size = None if step is None else positive("step", step)
     if size is None:
-        rate_at = before_breaks(rates_of(problem, y0, compiled), breaks, span)
+        known = rates_of(problem, y0, compiled)
+        rate_at = within_run(known, breaks, span, end if own else None)
         size = method.default_step(problem, y0, span, start, rate_at)
         size = min(size, abs(span)) if own else size
     h = math.copysign(size, span)
@@ -97,8 +98,19 @@ def plan_timeline(
         return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
     steps, met = counted(span, size)
     if met:
-        return Timeline(start, span / steps, steps, 0.0, end, None)
-    return Timeline(start, h, steps, span - steps * h, end, None)
+        h = span / steps if steps > 1 else within(start, span, end)
+        return Timeline(start, h, steps, 0.0, end, None)
+    rest = within(start + steps * h, span - steps * h, end)
+    return Timeline(start, h, steps, rest, end, None)
+
+
+def within(begin: float, length: float, end: float) -> float:
+    """Return a length, less by roundings if `begin` and it add up to more than the end."""
+    if (begin + length - end) * length > 0.0:
+        length = end - begin
+    while (begin + length - end) * length > 0.0:
+        length = math.nextafter(length, 0.0)
+    return length
 
 
 def ending(
@@ -122,14 +134,16 @@ def ending(
     return begin, end, problem.time == "t" or tau_end is not None
 
 
-def before_breaks(rate_at: Rate, breaks: tuple[float, ...], sign: float) -> Rate:
-    """Return rates that are behind the first break what they are before it."""
-    if not breaks:
+def within_run(rate_at: Rate, breaks: tuple[float, ...], sign: float, end: float | None) -> Rate:
+    """Return rates that are behind the first break, and the end, what they are before it."""
+    lasts = [b - math.copysign(GAP * math.ulp(b), sign) for b in breaks[:1]]
+    lasts += [] if end is None else [end]
+    if not lasts:
         return rate_at
-    last = breaks[0] - math.copysign(GAP * math.ulp(breaks[0]), sign)
+    first = min if sign > 0.0 else max
 
     def known(problem: Problem, y: Any, t: float) -> Any:
-        return rate_at(problem, y, min(t, last) if sign > 0.0 else max(t, last))
+        return rate_at(problem, y, first(t, *lasts))
 
     return known
 
@@ -159,7 +173,7 @@ def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own
     if met and span / steps == h:
         return Timeline(start, h, steps, 0.0, end, None)
     steps -= met and abs(steps * h) > abs(span)
-    return Timeline(start, h, steps, span - steps * h, end, None)
+    return Timeline(start, h, steps, within(start + steps * h, span - steps * h, end), end, None)
 
 
 def reached_by(restart: Restart, problem: Problem, method: Method, own: bool) -> float:

@@ -78,8 +78,8 @@ def _step(attempt: Recorded) -> Recorded:
             h = following[0]
             ends = abs(remaining) <= abs(h)
             cut = abs(remaining) < 2.0 * abs(h)
-            if ends:
-                h = remaining
+            if ends:  # without the carry, if with it the sum is beyond the end
+                h = remaining if (t + remaining - end) * remaining <= 0.0 else end - t
             elif cut:  # two equal steps, not one and a tiny rest
                 h = 0.5 * remaining
             tiny = not ends and abs(h) < SPACINGS * abs(t)

@@ -45,7 +45,7 @@ def members_loop(width: int) -> Recorded:
     @helper
     def members(
         advance, functions, params, coefficients, fractions, memory, work, times, moved, starts,
-        lengths, counts, rests, states, saved, found, stop, carries, rows: int, every: int,
+        lasts, lengths, counts, rests, states, saved, found, stop, carries, rows: int, every: int,
         saves: int,
     ) -> None:  # fmt: skip
         """Move members to their ends.
@@ -56,9 +56,10 @@ def members_loop(width: int) -> Recorded:
             Room for times and steps.
         moved : block
             Parameters of each member, none where all have the same.
-        starts, lengths, counts, rests : block
-            Of each member the time it begins at, its step, how many, and the length of a last partial
-            step, 0 for none. Members are in the order of `counts`, the largest first.
+        starts, lasts, lengths, counts, rests : block
+            Of each member the time it begins at, and from which its last step is counted, its step, how
+            many, and the length of a last partial step, 0 for none. Members are in the order of
+            `counts`, the largest first.
         states : block
             Of each member, where it is.
         saved : block
@@ -85,9 +86,12 @@ def members_loop(width: int) -> Recorded:
             done, left, status = 0, here, OK
             while left > 0 and status == OK:
                 shortest = int(counts[group + left - 1])
-                ahead = min(shortest - done, AT_ONCE)
+                ahead = min(max(shortest - done - 1, min(shortest - done, 1)), AT_ONCE)
                 if every > 0:
                     ahead = min(ahead, every - done % every)
+                for lane in range(here):
+                    if done + 1 == int(counts[group + lane]):
+                        clocks[lane] = lasts[group + lane]
                 if ahead > 0:
                     if stop[0] != 0.0:
                         for k in range(group, group + here):

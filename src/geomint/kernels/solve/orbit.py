@@ -57,7 +57,7 @@ Orbit = namedtuple(
 
 @helper
 def conditioning(orbit, node: int, other: int, own: bool) -> float:
-    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t| at a node: the roundings of an orbit change f by ε times it.
+    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t| at a node: roundings of an orbit change f by ε times it.
 
     The largest number is that of both ends of a step, the `other` among them; with `own`, each number's
     own size is taken in its place. No time outside of the step is asked for.
@@ -218,7 +218,7 @@ def clear_of(orbit, node: int, a: float, b: float, end: float, sign: float) -> f
 def guess(
     orbit, node: int, a: float, b: float, f, low: float, high: float, rising: bool
 ) -> tuple[float, float]:
-    """Return about where the event is 0 on the way from a to b, between parts of it; its slope there."""
+    """Return about where the event is 0 on the way from a to b, between parts of it; the slope."""
     x = 0.5
     before, value_before, slope = 0.0, f[0], f[4] - f[0]
     if orbit.note[7] == node:
@@ -279,7 +279,7 @@ def crossing(
 
 @helper
 def root(orbit, node: int, a: float, b: float, f, rising: bool, rounding: float) -> float:
-    """Return θ where the event is 0 between a and b, with one sign before it and the other one after."""
+    """Return θ where the event is 0 between a and b, with one sign before it and the other after."""
     begin(orbit, node)
     sign = 1.0 if rising else -1.0
     low = clear_of(orbit, node, a, b, 0.0, -sign) if abs(f[0]) <= rounding else 0.0

@@ -155,7 +155,7 @@ def look(values, weights, f) -> float:
 
 @inlined
 def looked_at(orbit, t: float, y) -> float:
-    """Return the event's value at a state: a component of it, or what the function gives, less the level."""
+    """Return the event's value at a state: a component, or what the function gives, less the level."""
     at = orbit.component
     value = y[at] if at >= 0 else orbit.event(orbit.params, t, y, orbit.free)
     return value - orbit.level

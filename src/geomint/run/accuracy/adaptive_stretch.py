@@ -11,6 +11,7 @@ from ...methods.adaptive import LARGEST_RTOL, LEAST_RTOL, Adaptive
 from ...methods.method import Start
 from ...problems.evaluate import rates_of
 from ..integrator import Integrator
+from ..timeline import within_run
 from .stretch import LONGEST, SAMPLES, Motion, Stretch, compared
 
 FINER = 16.0  # times smaller tolerances
@@ -34,7 +35,7 @@ def adaptive_stretch(
     coarse = _begun(at_tolerance(method, rtol), motion, clock)
     fine = _begun(at_tolerance(method, rtol / FINER), motion, clock)
     try:
-        times, states = _own_states(coarse, length, rows)
+        times, states = _own_states(coarse, motion, length, rows)
         there = np.empty_like(states)
         for i, time in enumerate(times):
             fine.propagate_until(motion.begin + math.copysign(time, motion.span))
@@ -47,7 +48,7 @@ def adaptive_stretch(
 
 def _begun(method: Adaptive, motion: Motion, clock: bool) -> Integrator:
     problem, y0, begin = motion.problem, motion.y0, motion.begin
-    rate_at = rates_of(problem, y0, motion.compiled)
+    rate_at = within_run(rates_of(problem, y0, motion.compiled), (), motion.span, motion.end)
     first = method.default_step(problem, y0, motion.span, begin, rate_at)
     h = math.copysign(first, motion.span)
     start = Start(problem, y0, begin, h, clock, motion.compiled)
@@ -56,16 +57,22 @@ def _begun(method: Adaptive, motion: Motion, clock: bool) -> Integrator:
     return integrator
 
 
-def _own_states(integrator: Integrator, length: float, rows: int) -> tuple[Array, Array]:
+def _own_states(
+    integrator: Integrator, motion: Motion, length: float, rows: int
+) -> tuple[Array, Array]:
     """Return times and states after steps of the method's own, some of them, up to a length or beyond.
 
-    An end that steps are made to fit would make the last ones shorter than those of the run.
+    An end that steps are made to fit, other than that of the run, would make the last ones shorter.
     """
-    begin, many = integrator.time, 1
+    begin, many, stepper = integrator.time, 1, integrator.stepper
+    end = math.copysign(math.inf, motion.span) if motion.end is None else motion.end
     times: list[float] = []
     states: list[Array] = []
     while not times or (times[-1] < length and integrator.steps < LONGEST):
-        integrator.step(many)
+        integrator._aim(end)
+        left = many
+        while left > 0 and not stepper.finished:
+            left -= integrator._some(left)
         times.append(abs(integrator.time - begin))
         states.append(integrator.stepper.state[:rows].copy())  # without that of time
         if len(times) == 2 * SAMPLES:

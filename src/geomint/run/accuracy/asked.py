@@ -13,7 +13,7 @@ from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..promise import Setting
 from ..solution import Solution
-from ..timeline import before_breaks, ending
+from ..timeline import ending, within_run
 from .another_time import better, in_another_time
 from .auto import auto_method, is_auto
 from .choose import Wanted, choose
@@ -72,7 +72,8 @@ def choose_for(
         rate = rate or value_of(problem, problem.clock, state, compiled)(state, 0.0)
         span, physical = (span / rate if rate > 0.0 else span), abs(span)
     at = begin if own else 0.0
-    rate_at = before_breaks(rates_of(problem, state, compiled), breaks, span)
+    rate_at = rates_of(problem, state, compiled)
+    rate_at = within_run(rate_at, breaks, span, end if own else None)
     wanted = Wanted(
         Motion(problem, state, at, span, physical, compiled),
         tolerance,

@@ -25,6 +25,7 @@ from ..local_error import COARSE, FINE
 
 SAMPLES = 16  # meetings of a stretch, at most twice as many
 LONGEST = 2.0**14  # of a trial, in coarse steps: it is one call, for whose end Ctrl-C waits
+ROUNDINGS = 1e-12  # of a length
 LARGEST = 0.1  # relative: what differs by more says nothing
 FITTED = 0.25  # of the time of a stretch: errors from there on count
 
@@ -49,6 +50,11 @@ class Motion:
     span: float
     physical: float | None = None
     compiled: bool = True
+
+    @property
+    def end(self) -> float | None:
+        """The end in the problem's own time, where that is known."""
+        return None if self.physical is not None else self.begin + self.span
 
 
 @dataclass(eq=False)
@@ -92,6 +98,8 @@ def stretch(
 ) -> Stretch | None:
     """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
     pairs = max(1, round(min(LONGEST, length / (COARSE * step))))
+    if pairs * COARSE * step >= abs(motion.span) * (1.0 - ROUNDINGS):  # a trial ends before the run
+        pairs, step = (pairs - 1, step) if pairs > 1 else (1, step * (1.0 - 2.0 * ROUNDINGS))
     each = max(1, pairs // SAMPLES)
     count, rows, h = pairs // each, stepper.rows, math.copysign(step, motion.span)
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)

@@ -121,6 +121,10 @@ def _prepared(
     return integrator
 
 
+def _last_begin(stepper: Stepper, line: Timeline) -> float:
+    return stepper.last_begin(line.start, line.h, line.steps or 0, line.own_end)
+
+
 class _Sweep:
     """All arguments of the loop over members, in the order of their steps."""
 
@@ -156,6 +160,7 @@ class _Sweep:
             moved = np.array([given.problems[k].params for k in self._order], dtype=np.float64)
         self._blocks = {
             "starts": np.array([line.start for line in ordered]),
+            "lasts": np.array([_last_begin(stepper, line) for line in ordered]),
             "lengths": np.array([line.h for line in ordered]),
             "counts": steps.astype(np.float64),
             "rests": rests,
