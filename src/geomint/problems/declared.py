@@ -54,7 +54,7 @@ def claims_kept(
         How much of the run lies ahead, or with its sign behind: it is looked at there.
     """
     said = problem.invariants or problem.constraints or len(problem.forms) > 1
-    if problem.rows > FEW or not said:
+    if problem.rows > FEW or not said or not ahead:
         return ()
 
     def looked_for() -> tuple[Claim, ...]:

@@ -18,7 +18,7 @@ from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, NOT
 from ..methods.partial import Nodes, driven, inside_of, own_blocks
 from ..methods.stepper import Advance, Stepper, filled_block
 from ..problems.problem import Problem
-from .events import Event
+from .events import Event, component_at
 from .met import Met
 from .restart import Restart
 
@@ -112,11 +112,13 @@ class Crossings:
         sizes = {"params": len(problem.params), "y": problem.rows}
         room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (s.rows + 2)))
         for name, event in self._events.items():
+            row = event.row(problem)
+            function = event.function(problem) if row < 0 else component_at(0)  # never called
             self._calls[name] = EVENTS.call(
                 s.compiled,
                 **{**common, **own_blocks(s), **inside_of(s)},
-                event=bind(event.function(problem), VALUE, **sizes),
-                component=event.row(problem),
+                event=bind(function, VALUE, **sizes),
+                component=row,
                 level=event.level,
                 y=scalar_block(problem.rows),
                 free=scalar_block(problem.work),

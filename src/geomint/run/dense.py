@@ -12,6 +12,7 @@ from ..methods import Method, Start
 from ..methods.partial import Nodes, PartialSteps
 from ..methods.started import started
 from ..problems.problem import Problem
+from .timeline import met_by_rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,8 @@ class Output:
         Raises
         ------
         DomainError
-            For times outside of the run, and for physical times that were not integrated.
+            For times outside of the run by more than four roundings; for physical times that were not
+            integrated.
         StepError
             If a step does not succeed.
         """
@@ -82,10 +84,11 @@ class Output:
         if times.size * self.states.shape[1] > MOST_NUMBERS:
             raise DomainError(name, given, f"at most {MOST_NUMBERS // self.states.shape[1]} times")
         known = self.states[:, -1] if by_clock else self.times
-        low, high = min(known[0], known[-1]), max(known[0], known[-1])
-        if not ((times >= low) & (times <= high)).all():  # and no NaN
+        met = met_by_rounding(times, float(known[0]), float(known[-1]))
+        if met is None:
+            low, high = min(known[0], known[-1]), max(known[0], known[-1])
             raise DomainError(name, given, f"times within the run, {low:.17g} … {high:.17g}")
-        states = self._found(times, by_clock)
+        states = self._found(met, by_clock)
         return states.reshape(*wanted.shape, self.problem.rows)
 
     def own_times(self, t: Array) -> Array:

@@ -22,6 +22,15 @@ _COMPONENT = re.compile(r"(.+?)\[(-?\d+)\]")
 class Event(Compared):
     """A function of the state, and which of its changes of sign are events.
 
+    An event is where the sign is another one than before; the sign of 0 is that before. So what touches
+    0 is none; a function that is 0 over a while between two signs has one, at the end of it; and what
+    is 0 where a run begins or ends has none there. A run that goes on tells what comes where the former
+    one has ended. A value that is 0 to rounding where a run begins (of the numbers of the state 10⁻¹³,
+    and 10⁻⁹ of what it becomes in the first step) is 0: a new run that begins where an event has ended
+    another one, with a velocity turned round perhaps, does not tell it again.
+
+    Times are those at which the sign changes, to rounding of the time, at roots of any multiplicity.
+
     Parameters
     ----------
     what : str or Recorded
@@ -32,7 +41,7 @@ class Event(Compared):
     terminal : bool or int
         Whether the run ends there; a number: at the event of that number.
     level : float
-        The value that is looked for.
+        The value that is looked for; another one is no new compilation.
 
     Raises
     ------
@@ -140,7 +149,7 @@ def quantity(problem: Problem, name: str, argument: str = "event") -> Recorded:
     """Return a component of the state or a quantity of the problem by its name."""
     row = component(problem, name, argument)
     if row is not None:
-        return _component(row)
+        return component_at(row)
     if name in problem.diagnostics:
         return problem.diagnostics[name]
     known = [*problem.diagnostics, *(f"{p}[0]" for p in problem.slices)]
@@ -149,7 +158,9 @@ def quantity(problem: Problem, name: str, argument: str = "event") -> Recorded:
 
 
 @functools.cache
-def _component(row: int) -> Recorded:
+def component_at(row: int) -> Recorded:
+    """Return a number of the state as an observable."""
+
     def component(params: Any, t: Any, y: Any, work: Any) -> Any:
         return y[row]
 

@@ -242,6 +242,10 @@ class Recorder:
         if not self._stopped_before(time, state):
             self._take_last(time, time, state)
 
+    def stay(self) -> None:
+        """Take the state of a run without steps."""
+        self._wanted.take(self._last_node())
+
     def observe_end(self) -> None:
         """Sample the last state that was reached, if that has not been done on the way."""
         if self._observers is not None:

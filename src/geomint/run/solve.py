@@ -405,7 +405,13 @@ def _solved(
         if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
             raise KeyboardInterrupt
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
-    if given and step is not None and not recorder.stopped and solution.success:
+    if (
+        given
+        and step is not None
+        and timeline.steps != 0
+        and solution.success
+        and not recorder.stopped
+    ):
         tell_short_run(problem, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):
         status.partial = solution
@@ -446,6 +452,8 @@ def _integrate(
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
     try:
+        if not timeline.steps and timeline.remainder == 0.0:
+            recorder.stay()
         while True:
             asked = drive(integrator, recorder, account, between)
             if asked or recorder.stopped or not recorder.go_on():

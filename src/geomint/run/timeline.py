@@ -9,6 +9,7 @@ import numpy.typing as npt
 from ..arguments import MOST_NUMBERS, Array, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
+from ..methods.partial import rounding
 from ..methods.stepper import GAP
 from ..problems.evaluate import Rate, rates_of, value_of
 from ..problems.problem import Problem
@@ -72,7 +73,8 @@ def plan_timeline(
     """Return the timeline of a run from physical time `t0`, or raise `DomainError`.
 
     Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ, from 0 on) must be
-    given; an end before the beginning integrates backwards. With a `restart` the run goes on there.
+    given; an end before the beginning integrates backwards, one at it takes no steps. With a `restart`
+    the run goes on there.
     `compiled`: whether the default step is found by compiled code. `breaks` are in the order of the
     run, and may lie beyond it.
     """
@@ -84,8 +86,8 @@ def plan_timeline(
     if size is None:
         known = rates_of(problem, y0, compiled)
         rate_at = within_run(known, breaks, span, end if own else None)
-        size = method.default_step(problem, y0, span, start, rate_at)
-        size = min(size, abs(span)) if own else size
+        size = method.default_step(problem, y0, span or math.inf, start, rate_at)
+        size = min(size, abs(span)) if own and span else size
     h = math.copysign(size, span)
     if not method.adaptive:
         rate = 1.0
@@ -94,6 +96,8 @@ def plan_timeline(
         _check_count(rate, span, size, step is not None)
         if own:
             check_advance(size, max(abs(start), abs(end)))
+    if not span:
+        return Timeline(start, h, 0, 0.0, start, None)
     if not own or method.adaptive:
         return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
     steps, met = counted(span, size)
@@ -121,7 +125,7 @@ def ending(
     Raises
     ------
     DomainError
-        Unless exactly one end is given, and a `new` run is one of some length.
+        Unless exactly one end is given, and a `new` run has a length that is a number.
     """
     if (t_end is None) == (tau_end is None):
         raise DomainError("t_end, tau_end", (t_end, tau_end), "exactly one of them")
@@ -129,8 +133,8 @@ def ending(
         raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
     name, begin = ("t_end", t0) if tau_end is None else ("tau_end", 0.0)
     end = finite(name, t_end if tau_end is None else tau_end)
-    if new and (end == begin or not math.isfinite(end - begin)):
-        raise DomainError(name, end, f"a time other than {begin:g}, where the run begins")
+    if new and not math.isfinite(end - begin):
+        raise DomainError(name, end, f"a time at a finite distance of {begin:g}")
     return begin, end, problem.time == "t" or tau_end is not None
 
 
@@ -140,7 +144,7 @@ def within_run(rate_at: Rate, breaks: tuple[float, ...], sign: float, end: float
     lasts += [] if end is None else [end]
     if not lasts:
         return rate_at
-    first = min if sign > 0.0 else max
+    first = min if sign >= 0.0 else max
 
     def known(problem: Problem, y: Any, t: float) -> Any:
         return rate_at(problem, y, first(t, *lasts))
@@ -226,8 +230,17 @@ def evaluation_times(
     # With an end in the other of both times that in this one is only known afterwards.
     own = problem.time == "t" or name == "tau_eval"
     end = timeline.own_end if own else timeline.physical_end
-    sign = np.sign(timeline.h)
-    if forward[0] < sign * begin or (end is not None and forward[-1] > sign * end):
+    last = math.copysign(math.inf, timeline.h) if end is None else end
+    met = met_by_rounding(times, begin, last)
+    if met is None:
         expected = f"times from {begin:g} to {end if end is not None else '…'}"
         raise DomainError(name, given, expected)
-    return times
+    return met
+
+
+def met_by_rounding(times: Array, begin: float, end: float) -> Array | None:
+    """Return times within a run, an end of it for those that are some roundings outside; or None."""
+    low, high = min(begin, end), max(begin, end)
+    inside = np.clip(times, low, high)
+    near = np.abs(times - inside) <= np.where(times == inside, 0.0, rounding(inside))
+    return inside if near.all() else None  # no NaN is near

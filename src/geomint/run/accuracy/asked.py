@@ -60,6 +60,8 @@ def choose_for(
         raise DomainError("tolerance", tolerance, "nothing: the exact flow takes no steps")
     state = problem.canonical(y0)
     begin, end, own = ending(problem, asked["t_end"], asked["tau_end"], t0)
+    if begin == end:
+        return Setting.default(chosen)
     clock, compiled = asked["clock"], switch("compiled", asked["compiled"])
     by_clock = problem.time == "tau" and (not own or asked["t_eval"] is not None)
     with_clock = problem.clock is not None if clock is None else clock is True

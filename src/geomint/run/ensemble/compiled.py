@@ -151,7 +151,7 @@ class _Sweep:
         self._steps, self._ordered = steps, ordered
         rests = np.array([line.remainder for line in ordered])
         every = save_every or 1
-        met = (steps > 0) & (steps % every == 0) & (rests == 0.0)  # the last is one of them
+        met = (steps % every == 0) & (rests == 0.0)  # the last is one of them
         self._counts = steps // every + np.where(met, 1, 2)
         room = int(self._counts.max()) if save_every else 0
         self._kept = np.empty((count, room, rows))
