@@ -230,7 +230,6 @@ def test_without_physical_time() -> None:
         ({"clock": False}, "t_end and t_eval are physical time"),
         ({"t_eval": [0.5, 0.2]}, "in the order of the run"),
         ({"t_eval": [0.5], "tau_eval": [0.1]}, "not both"),
-        ({"t_end": 0.0}, "a time other than 0"),
         ({"observe_every": 2}, "something to observe"),
         ({"y0": [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]}, "at rest"),
         ({"y0": [1.0, 0.0]}, "state"),

@@ -121,7 +121,7 @@ def test_a_run_that_stops_early() -> None:
     reached = float(partial.t[-1])
     np.testing.assert_array_equal(partial.sol(reached), partial.y[-1])
     with pytest.raises(gi.DomainError, match="times within the run"):
-        partial.sol(np.nextafter(reached, 100.0))
+        partial.sol(reached + 1e-12)
 
 
 def test_errors_name_the_value() -> None:
@@ -156,6 +156,32 @@ def test_threads(name: str, problem: str) -> None:
             found = list(several.map(sol, times))
         for one, other in zip(found, known, strict=True):
             np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("method", ["gauss-8", "rk-4", "dop853-adaptive", "exact"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_rounding_outside(method: str, sign: float) -> None:
+    """Times some roundings before the beginning or after the end are these; others are refused."""
+    import chaplygin as ch
+
+    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).reduced()
+    y0, begin, end = problem.random_state(1), 0.7, 0.7 + 0.6 * sign
+    run = {"t0": begin, "t_end": end, "method": method}
+    sol = gi.solve(problem, y0, **run, dense=True)
+    for roundings in (1, 2, 4):
+        out = [
+            begin - sign * roundings * np.spacing(begin),
+            end + sign * roundings * np.spacing(end),
+        ]
+        np.testing.assert_array_equal(sol.sol(out), sol.sol([begin, end]))
+        asked = gi.solve(problem, y0, **run, t_eval=out)
+        np.testing.assert_array_equal(asked.t, [begin, end])
+        np.testing.assert_array_equal(asked.y, sol.sol([begin, end]))
+    for bad in (begin - sign * 1e-14, end + sign * 1e-14):
+        with pytest.raises(gi.DomainError, match="times within the run"):
+            sol.sol(bad)
+        with pytest.raises(gi.DomainError, match="times from"):
+            gi.solve(problem, y0, **run, t_eval=[bad])
 
 
 def test_more_times_than_fit() -> None:

@@ -158,7 +158,134 @@ def test_touching() -> None:
         return (y[0] - 0.0371) * (y[0] - 0.0371) * (y[0] - 0.0371)
 
     assert len(on_line(above, end=2.0)) == 0
-    assert on_line(cubic, end=2.0) == pytest.approx([0.5371], abs=1e-3)
+    assert on_line(cubic, end=2.0) == pytest.approx([0.5371], abs=1e-14)
+
+
+@gi.field
+def falling(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ḧ = −9.8."""
+    out[0] = y[1]
+    out[1] = -9.8 + 0.0 * y[1]
+
+
+FALL = gi.Problem("fall", (("h", 1), ("v", 1)), field=falling)
+
+
+def power(n: int, scale: float = 1.0) -> gi.Event:
+    @gi.event
+    def of_height(params: Any, t: Any, y: Any, work: Any) -> Any:
+        product = scale * y[0]
+        for _ in range(n - 1):
+            product = product * y[0]
+        return product
+
+    return of_height
+
+
+@pytest.mark.parametrize("method", ["gauss-8", "rk-4"])
+def test_multiple_roots(method: str) -> None:
+    """The bracket decides: roots of any multiplicity, and at any scale, are met as simple ones are."""
+    known = math.sqrt(100.0 / 9.8)
+    events = {str(n): power(n) for n in (1, 3, 5, 9)}
+    events |= {str(scale): power(1, scale) for scale in (1e-300, 1e300, -1e-300)}
+    for step in (0.013, 0.11, 0.4567, known / 7.0, known / 7.01):
+        run = {"t_end": 5.0, "method": method, "step": step}
+        sol = gi.solve(FALL, [50.0, 0.0], **run, events=events)
+        for times in sol.t_events:
+            np.testing.assert_allclose(times, [known], rtol=4e-15)
+        assert [met.directions.tolist() for met in sol.events.values()] == [[-1.0]] * 6 + [[1.0]]
+
+
+def test_stretches_of_zeros() -> None:
+    """One event where a function leaves 0 with another sign; none where it comes back, or stays."""
+
+    @gi.observable
+    def dead(params: Any, t: Any, y: Any, work: Any) -> Any:
+        left = gi.select(y[0] < -0.2, y[0] + 0.2, 0.0 * y[0])
+        return gi.select(y[0] > 0.31, y[0] - 0.31, left)
+
+    @gi.observable
+    def one_side(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return gi.select(y[0] > 0.31, y[0] - 0.31, 0.0 * y[0])
+
+    for step in (0.125, 0.037, 0.9):
+        for direction in ("both", "up"):
+            found = on_line(dead, end=1.0, step=step, direction=direction)
+            np.testing.assert_allclose(found, [0.81], rtol=0, atol=1e-14)
+        assert len(on_line(dead, end=1.0, step=step, direction="down")) == 0
+        assert len(on_line(dead, end=0.7, step=step)) == 0
+        assert len(on_line(one_side, end=1.0, step=step)) == 0
+        back = gi.solve(LINE, [0.5], t_end=-1.0, step=step, method="rk-4", events={"it": dead})
+        np.testing.assert_allclose(back.t_events[0], [-0.7], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("coefficient", [0.9, 0.99])
+@pytest.mark.parametrize(("method", "step"), [("gauss-8", 0.1), ("gauss-8", 0.003), ("rk-4", 0.02)])
+def test_what_bounces(method: str, step: float, coefficient: float) -> None:
+    """A run that begins where an event has ended one tells the next bounce, whatever is left of it."""
+    run = {"t_end": 3.0, "method": method, "step": step}
+    for event in (gi.Event("h", terminal=True), gi.Event(power(1, 1e-300).what, terminal=True)):
+        y, known = [1.0, 0.0], math.sqrt(2.0 / 9.8)
+        for _ in range(40):
+            sol = gi.solve(FALL, y, **run, events=event)
+            assert sol.t[-1] == pytest.approx(known, rel=1e-9)
+            h, v = sol.y[-1]
+            y, known = [h, -coefficient * v], -2.0 * coefficient * v / 9.8
+
+
+def test_where_runs_begin_and_end() -> None:
+    """On an event, to rounding, none is told; a crossing soon after the beginning is."""
+    for step in (0.001, 0.01, 0.1):
+        run = {"t_end": 1.0, "step": step, "method": "rk-4", "events": "h"}
+        for left in (0.0, 1.7e-16, -1.7e-16):
+            for speed in (4.0, 0.1, 0.01):
+                met = gi.solve(FALL, [left, speed], **run).events["h"]
+                np.testing.assert_allclose(met.t, [2.0 * speed / 9.8], rtol=1e-9)
+                assert met.directions.tolist() == [-1.0]
+            assert len(gi.solve(FALL, [left, -1.0], **run).t_events[0]) == 0
+        for height in (1e-3, 1e-9, 1e-12):
+            met = gi.solve(FALL, [height, -1.0], **run).events["h"]
+            np.testing.assert_allclose(met.t, [height], rtol=1e-2)
+            met = gi.solve(FALL, [-height, 1.0], **run).events["h"]
+            assert met.directions.tolist() == [1.0, -1.0]
+    for sign in (1.0, -1.0):
+        for direction in ("both", "up", "down"):
+            event = {"x": gi.Event("x", direction)}
+            given = {"step": 0.1, "events": event}
+            sol = gi.solve(CIRCLE, [0.0, -1.0], t_end=sign * math.pi, **given)
+            assert len(sol.t_events[0]) == 0
+            rest = gi.solve(sol, t_end=sign * 3.5, events=event)
+            told = gi.Event("x", direction).sign in (0, -sign)
+            np.testing.assert_allclose(rest.t_events[0], [sign * math.pi] * told, atol=1e-14)
+
+
+def test_sections_that_begin_on_their_surface() -> None:
+    """Points are counted from the next crossing on, in τ and t, forwards and backwards."""
+    ball = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
+    y0 = ball.random_state(5)
+    for event in (gi.Event("gamma[2]", "up"), gi.Event("gamma[2]")):
+        first = gi.poincare_section(ball, y0, event, 3, step=0.3)
+        again = gi.poincare_section(ball, first.y[0], event, 2, step=0.3)
+        np.testing.assert_allclose(again.tau, first.tau[1:] - first.tau[0], rtol=0, atol=1e-12)
+        end = gi.solve(ball, first.y[0], tau_end=float(again.tau[0]), step=0.3, events=event)
+        assert len(end.t_events[0]) <= 1
+
+
+@gi.event
+def with_a_number_of_its_own(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return y[0] + 0.000123 * y[1]
+
+
+def test_another_level_compiles_nothing() -> None:
+    """Nor does another component."""
+    run = {"t_end": 9.0, "step": 0.3, "method": "gauss-8"}
+    gi.solve(CIRCLE, [1.0, 0.0], **run, events=["x", with_a_number_of_its_own])
+    rng = np.random.default_rng()
+    for what in ("x", "y", with_a_number_of_its_own.what):
+        event = {"it": gi.Event(what, level=float(rng.uniform(0.1, 0.9)))}
+        sol = gi.solve(CIRCLE, [1.0, 0.0], **run, events=event)
+        assert sol.compile_seconds == 0.0
+        assert len(sol.t_events[0]) > 1
 
 
 @gi.field

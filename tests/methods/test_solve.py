@@ -669,3 +669,54 @@ def test_compiling_for_a_default_step_is_told():
     again = gi.solve(rates_alone, [1.0], t_end=1.0, method="rk-4", progress=False)
     assert (sol.compile_seconds > 0.0) != config.DISABLE_JIT
     assert again.compile_seconds == 0.0
+
+
+@pytest.mark.parametrize("method", ["gauss-8", "rk-4", "dop853-adaptive", "auto", "exact"])
+@pytest.mark.parametrize("begin", [0.0, 2.5])
+def test_a_run_of_no_length(method: str, begin: float) -> None:
+    """The initial state, watched once; and a run that goes on from there is one from the beginning."""
+    import chaplygin as ch
+
+    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).reduced()
+    y0 = problem.random_state(3)
+    run = {"t0": begin, "t_end": begin, "method": method}
+    if method == "auto":
+        run["tolerance"] = 1e-8
+    sol = gi.solve(problem, y0, **run, dense=True, events=["gamma[0]"], observe=["energy"])
+    assert (sol.success, sol.steps, len(sol.t_events[0])) == (True, 0, 0)
+    assert sol.t.tolist() == [begin]
+    np.testing.assert_allclose(sol.y, [y0], rtol=0, atol=1e-14 * (method == "exact"))
+    np.testing.assert_array_equal(sol.sol(begin), sol.y[0])
+    assert sol.drift["energy"].windows.max_abs == 0.0
+    asked = gi.solve(problem, y0, **run, t_eval=[begin, begin])
+    np.testing.assert_array_equal(asked.y, [sol.y[0]] * 2)
+    with pytest.raises(gi.DomainError, match="t_eval"):
+        gi.solve(problem, y0, **run, t_eval=[begin + 1.0])
+    if method != "auto":
+        members = gi.solve_ensemble(problem, [y0, y0], **run)
+        np.testing.assert_array_equal(members.final, [sol.y[0]] * 2)
+    if method == "rk-4":
+        more = gi.solve(sol, t_end=begin + 1.0)
+        step = abs(more.step)
+        whole = gi.solve(problem, y0, t0=begin, t_end=begin + 1.0, method=method, step=step)
+        np.testing.assert_array_equal(more.y[-1], whole.y[-1])
+        kept = gi.solve(problem, y0, **run, step=0.1, save_every=1, estimate_error=True)
+        np.testing.assert_array_equal(kept.error_estimate, np.zeros_like(kept.error_estimate))
+
+
+def test_a_run_of_no_length_in_another_time() -> None:
+    """Of a problem in τ, by either end; and the derivative of its flow."""
+    import chaplygin as ch
+
+    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
+    y0 = problem.random_state(3)
+    for end in ({"t_end": 0.0}, {"tau_end": 0.0}):
+        for method in ("gauss-8", "dop853-adaptive"):
+            sol = gi.solve(problem, y0, **end, method=method)
+            assert (sol.t.tolist(), sol.tau.tolist(), sol.y.tolist()) == (
+                [0.0],
+                [0.0],
+                [y0.tolist()],
+            )
+    flow = gi.tangent_flow(problem, y0, tau_end=0.0)
+    np.testing.assert_array_equal(flow.slopes, np.eye(6))
