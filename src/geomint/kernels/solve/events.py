@@ -14,7 +14,7 @@ is looked for between.
 """
 
 from ..compiling.bound import Bound
-from ..compiling.recorded import helper
+from ..compiling.recorded import helper, inlined
 from ..compiling.signatures import VALUE, of_stepper
 from ..numbers.blocks import part
 from .orbit import (
@@ -79,10 +79,8 @@ def keep(orbit, node: int, theta: float, sign: float, at: int, out) -> None:
 
 
 @helper
-def rounded(orbit, node: int, other: int, value: float, size: float) -> float:
-    """Return the event's value at an end of a step, or 0 if that is what it is to rounding."""
-    if abs(value) > ROUNDING * size:
-        return value
+def rounded(orbit, node: int, other: int, value: float) -> float:
+    """Return a small value at an end of a step, or 0 if that is what it is to rounding."""
     return value if abs(value) > ROUNDING * conditioning(orbit, node, other, False) else 0.0
 
 
@@ -95,7 +93,7 @@ def at_start(orbit, node: int, value: float, after: float, size: float) -> float
     return value if abs(value) > left else 0.0
 
 
-@helper
+@inlined
 def met(
     orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
     found: int, out,
@@ -104,6 +102,18 @@ def met(
 
     `sign` is that before the root; without one that of the whole part.
     """
+    if roots != ONE and signs[0] == sign and f[4] * sign > 0.0:
+        signs[2] = b
+        return found
+    return changed(orbit, node, a, b, f, roots, sign, direction, signs, found, out)
+
+
+@helper
+def changed(
+    orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
+    found: int, out,
+) -> int:  # fmt: skip
+    """Take a part as `met` does, where the sign changes, or is not known at the end."""
     if (
         signs[0] == -sign and direction * sign >= 0.0
     ):  # the root was before this part, or at its begin
@@ -128,7 +138,7 @@ def met(
     return found
 
 
-@helper
+@inlined
 def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) -> int:
     """Find the events of a step along what is remembered of it; return −1 if that is not clear.
 
@@ -151,7 +161,7 @@ def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) 
         f[k] = nine[2 * k]
     roots, sign = verdict(f, b, tail + of_quartic(f), rounding)
     if roots != UNCLEAR:
-        return met(orbit, node, 0.0, 1.0, f, roots, sign, direction, signs, found, out)
+        return changed(orbit, node, 0.0, 1.0, f, roots, sign, direction, signs, found, out)
     # A middle whose sign is not known would be taken for a root there.
     clear = abs(nine[4]) > tail
     for k in (0, 8):
@@ -165,7 +175,7 @@ def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) 
         for k in range(FIVE):
             f[k] = nine[4 * half + k]
         roots, sign = verdict(f, b, tail + of_quartic(f), tail)
-        found = met(
+        found = changed(
             orbit, node, 0.5 * half, 0.5 * half + 0.5, f, roots, sign, direction, signs, found, out
         )
     return found if clear else -1
@@ -216,7 +226,7 @@ def search(orbit, node: int, direction: int, signs, pieces, values, found: int, 
         rounding = ROUNDING * signs[1]
         roots, sign = verdict(f, b, tail + rounding, rounding)
         if roots != UNCLEAR:
-            found = met(orbit, node, low, high, f, roots, sign, direction, signs, found, out)
+            found = changed(orbit, node, low, high, f, roots, sign, direction, signs, found, out)
             if found - begun > MOST_IN_STEP - 2:
                 note[0], note[3] = CHATTER, high
         elif high - low < NARROWEST:
@@ -291,14 +301,17 @@ def find(
             note[3] = 0.0 if not abs(f[0]) < 1e308 else 1.0
             return EVENT_NOT_FINITE, last, found, 0.0
         size, start = max(abs(f[0]), abs(f[4])), signs[1] == 0.0
-        f[0] = rounded(orbit, last, node, f[0], signs[1])
+        if abs(f[0]) <= ROUNDING * signs[1]:
+            f[0] = rounded(orbit, last, node, f[0])
         if size < FADED * signs[1]:  # fading away, or what is left of larger numbers
             made_of = conditioning(orbit, node, last, False)
             signs[1] = min(signs[1], max(size, max(made_of, SMALLEST)))
         elif start:  # small differences of large numbers are known no better than these
             signs[1] = conditioning(orbit, node, last, True)
         signs[1] = max(signs[1], size)
-        f[4] = end = rounded(orbit, node, last, f[4], signs[1])
+        if abs(f[4]) <= ROUNDING * signs[1]:
+            f[4] = rounded(orbit, node, last, f[4])
+        end = f[4]
         if start:
             f[0] = at_start(orbit, last, f[0], end, signs[1])
         pieces[2], pieces[1 + FIVE], signs[2] = f[0], end, 0.0
@@ -326,7 +339,7 @@ def find(
                 found = search(orbit, last, direction, signs, pieces, five, found, out)
         if note[0] == OK and end != 0.0 and end * signs[0] <= 0.0:  # behind what does not decide
             f[4], sign = end, 1.0 if end > 0.0 else -1.0
-            found = met(orbit, last, 1.0, 1.0, f, 0, sign, direction, signs, found, out)
+            found = changed(orbit, last, 1.0, 1.0, f, 0, sign, direction, signs, found, out)
         for k in range(earlier, found):  # what is before a node is not at it, by rounding
             h = times[node] - times[last]
             if (out[k * (rows + 2)] - times[node]) * h >= 0.0:

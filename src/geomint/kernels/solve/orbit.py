@@ -160,10 +160,11 @@ def values_inside(orbit, node: int, first: float, last: float) -> float:
         for k in range(7):
             for r in range(rows):
                 y[r] = orbit.states[at + r] + inside[INSIDE * r + 8 + k]
-            plain = looked_at(orbit, t + (k + 1) * h, y)
+            plain = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free) - orbit.level
             for r in range(rows):
                 y[r] = orbit.states[at + r] + inside[INSIDE * r + k]
-            nine[k + 1] = looked_at(orbit, t + (k + 1) * h, y)
+            value = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free)
+            nine[k + 1] = value - orbit.level
             left = max(left, abs(nine[k + 1] - plain))
             largest = max(largest, abs(nine[k + 1]))
     if not left <= DECAYED * largest:
