@@ -95,7 +95,8 @@ def solve(
         Physical time at y0. A problem in τ begins at τ = 0.
     t_end, tau_end : float
         Exactly one: the end in physical time, met by a last partial step, or (for a problem in τ)
-        in the problem's own time. Before the beginning: backwards.
+        in the problem's own time. Before the beginning: backwards; at it: no steps, the initial state.
+        Functions are asked between beginning and end alone.
     method : str or Method
         Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default; with a `tolerance` also
         ``"auto"``, which problem and tolerance choose (`geomint.run.accuracy.auto`); a long uneven
@@ -115,7 +116,7 @@ def solve(
         where an implicit step's iteration stops are chosen from trials on a stretch of the motion
         (`geomint.run.accuracy`); what was chosen is ``sol.accuracy``.
     t_eval, tau_eval : array_like, optional
-        Times in the order of the run and within it at which states are wanted, met exactly by partial
+        Times in the order of the run, and within it to four roundings, at which states are wanted: by partial
         steps beside the run, which they do not disturb; at most one of both: physical times, or (for a
         problem in τ) the problem's own. Without `save_every` the states at these times alone are saved,
         just as they are asked for.
