@@ -116,8 +116,8 @@ def solve(
         where an implicit step's iteration stops are chosen from trials on a stretch of the motion
         (`geomint.run.accuracy`); what was chosen is ``sol.accuracy``.
     t_eval, tau_eval : array_like, optional
-        Times in the order of the run, and within it to four roundings, at which states are wanted: by partial
-        steps beside the run, which they do not disturb; at most one of both: physical times, or (for a
+        Times in the order of the run and within it, to four roundings, at which states are wanted: by
+        partial steps beside the run, which they do not disturb; one of both: physical times, or (for a
         problem in τ) the problem's own. Without `save_every` the states at these times alone are saved,
         just as they are asked for.
     dense : bool
