@@ -18,7 +18,7 @@ from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, NOT
 from ..methods.partial import Nodes, driven, inside_of, own_blocks
 from ..methods.stepper import Advance, Stepper, filled_block
 from ..problems.problem import Problem
-from .events import Event, component_at
+from .events import Event, component_at, looked_at
 from .met import Met
 from .restart import Restart
 
@@ -113,7 +113,7 @@ class Crossings:
         room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (s.rows + 2)))
         for name, event in self._events.items():
             row = event.row(problem)
-            function = event.function(problem) if row < 0 else component_at(0)  # never called
+            function = looked_at(event, problem) if row < 0 else component_at(0)  # never called
             self._calls[name] = EVENTS.call(
                 s.compiled,
                 **{**common, **own_blocks(s), **inside_of(s)},

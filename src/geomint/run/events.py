@@ -92,8 +92,9 @@ class Event(Compared):
         return -1 if row is None else row
 
     def function(self, problem: Problem) -> Recorded:
-        """Return what is looked at, from which the level is taken, as an observable of the problem."""
-        return self.what if isinstance(self.what, Recorded) else quantity(problem, self.what)
+        """Return what is looked at, less the level, as an observable of the problem."""
+        found = looked_at(self, problem)
+        return found if self.level == 0.0 else _less(found, self.level)
 
 
 @overload
@@ -165,6 +166,19 @@ def component_at(row: int) -> Recorded:
         return y[row]
 
     return observable(component)
+
+
+@functools.lru_cache(maxsize=256)
+def _less(function: Recorded, level: float) -> Recorded:
+    def less(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return function(params, t, y, work) - level
+
+    return observable(less)
+
+
+def looked_at(event: Event, problem: Problem) -> Recorded:
+    """Return what an event looks at, whatever its level, as an observable of the problem."""
+    return event.what if isinstance(event.what, Recorded) else quantity(problem, event.what)
 
 
 def choose_events(wanted: Any) -> dict[str, Event]:

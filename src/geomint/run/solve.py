@@ -29,7 +29,7 @@ from .calls import explained
 from .crossings import Crossings
 from .driver import drive
 from .error_estimate import check_estimate, error_estimate, label
-from .events import choose_events
+from .events import choose_events, looked_at
 from .exact.follow import ExactRun, check_no_steps
 from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
@@ -314,7 +314,7 @@ def _solved(
     said = ((name, w.evaluates(problem)) for name, w in watched.items())
     evaluated = {f"observe[{name!r}]": f for name, f in said if f is not None}
     looked_for, callback = choose_events(events), check_callback(callback)
-    evaluated.update({f"events[{k!r}]": e.function(problem) for k, e in looked_for.items()})
+    evaluated.update({f"events[{k!r}]": looked_at(e, problem) for k, e in looked_for.items()})
     form = problem.forms[0] if exact else chosen.needs
     if admitted is None or evaluated:  # else it has been looked at with the state
         functions = check_problem(problem, state, form, with_clock, evaluated)
@@ -409,7 +409,7 @@ def _solved(
     if (
         given
         and step is not None
-        and timeline.steps != 0
+        and timeline.own_end != timeline.start
         and solution.success
         and not recorder.stopped
     ):

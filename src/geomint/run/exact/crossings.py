@@ -8,7 +8,7 @@ import numpy as np
 from ...arguments import Array, Booleans
 from ...errors import EventError
 from ...problems.at_states import Values, evaluator
-from ..events import Event
+from ..events import Event, looked_at
 from ..met import Met
 from .path import ExactPath
 from .polynomials import points_of
@@ -68,7 +68,7 @@ class ExactCrossings:
         """Compile, or find in the cache, the functions."""
         problem = self._path.problem
         for name, event in self._events.items():
-            self._values[name] = evaluator(problem, event.function(problem), self._compiled)
+            self._values[name] = evaluator(problem, looked_at(event, problem), self._compiled)
 
     def follow(self, end: float) -> Iterator[float]:
         """Look up to `end`, which may be infinite, or up to what ends it; yield what is reached."""

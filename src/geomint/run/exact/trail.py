@@ -8,7 +8,7 @@ from typing import Any
 from ...arguments import Array
 from ...problems.declaration import check_problem
 from ...problems.problem import Problem
-from ..events import Event
+from ..events import Event, looked_at
 from ..met import Met
 from .crossings import ExactCrossings
 from .follow import check_no_steps
@@ -57,7 +57,7 @@ class ExactTrail:
         if self._crossings is None:
             check_problem(
                 self._problem, y0, self._problem.forms[0], self._clock,
-                {f"events[{self._name!r}]": self._event.function(self._problem)},
+                {f"events[{self._name!r}]": looked_at(self._event, self._problem)},
             )  # fmt: skip
             self._path = ExactPath(self._problem, y0, 0.0, 0.0)
             self._crossings = ExactCrossings(
