@@ -68,7 +68,7 @@ def _own_states(
     end = math.copysign(math.inf, motion.span) if motion.end is None else motion.end
     times: list[float] = []
     states: list[Array] = []
-    while not times or (times[-1] < length and integrator.steps < LONGEST):
+    while not times or (times[-1] < length and integrator.steps < LONGEST and not stepper.finished):
         integrator._aim(end)
         left = many
         while left > 0 and not stepper.finished:
