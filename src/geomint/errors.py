@@ -537,7 +537,8 @@ class ConvergenceError(StepError):
 class RankError(ConvergenceError):
     """Constraints that depend on each other, where motions part or cannot be told apart.
 
-    The residual is the largest change of a momentum in the step.
+    The residual is the largest change of a momentum in the step, or that of an iteration which did not
+    converge.
     """
 
     reason = "constraints are not independent, so that the step is not determined"

@@ -7,7 +7,7 @@ begins at rest are all solved for to relative accuracy. It ends
 
 - with δ = 0: Φ(x) = x, bit for bit, whatever the sizes;
 - where δ no longer falls and is a few roundings (`rounding_left`);
-- of Gauss methods, at the cap, where δ has not fallen since half of the iterations (`kept_up`): where
+- at the cap, where δ has not fallen since half of the iterations (`kept_up`): where
   the function subtracts what is nearly the same, as a stiff spring does, roundings are those of its
   terms;
 - with a tolerance: where δ times the larger of its last two contractions, which is what a further

@@ -28,13 +28,22 @@ from .fixed_point import (
     failure,
     finite,
     inverse_size,
+    kept_up,
     larger,
     rounding_left,
     solved,
 )
 from .gauss import combine, eight_columns, increment, padding
 from .rattle import CLEAN, NEWTON, add_normal_response, drop_rounding, project_momentum
-from .small_matrices import across, along, contract, largest, solve_small
+from .small_matrices import (
+    across,
+    along,
+    contract,
+    dependence,
+    largest,
+    solve_small,
+    unsolved,
+)
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["lobatto_coefficients", "lobatto_memory", "lobatto_stepper", "lobatto_work"]
@@ -47,6 +56,7 @@ Memory = namedtuple("Memory", "state clock carry padding K L lam")
 Work = namedtuple("Work", "Q P dp0 dp1 trial pushes three G1 response matrix g scratch")
 
 FOLLOW = 4.0
+NEAR = 0.8  # `dependence`, from which on multipliers of one stage say little of those of another
 
 
 @inlined
@@ -99,8 +109,9 @@ def lobatto_step(
     """Solve for the stages by fixed-point iteration; inside each a Newton step for all multipliers.
 
     A stage that lacks w of its constraints is moved along ``R_i = H_pp G(Q_i)ᵀ``, and the multipliers
-    by what would move the stages so if G H_pp Gᵀ were the same at all of them. A clock row is
-    integrated by Lobatto's quadrature, as a component of q would be.
+    by what would move the stages so if G H_pp Gᵀ were the same at all of them; near to where it loses
+    rank, and is not, by `push_along_normals`. A clock row is integrated by Lobatto's quadrature, as a
+    component of q would be.
     """
     gradients, constraint, _ = functions
     given = sections(coefficients, lobatto_coefficients(REST))
@@ -114,7 +125,8 @@ def lobatto_step(
     K, L, lam = lane_rows(kept.K, n), lane_rows(kept.L, n), lane_rows(kept.lam, m)
     lanes = as_lanes(work, 0, len(work) // 8)
     own = sections(lanes, lobatto_work(n, m, REST))
-    Q, P, dq, dp, trial, pushes, _, G, response, matrix, g, scratch = own
+    Q, P, dq, dp, trial, pushes, three, G, response, matrix, g, scratch = own
+    lack = part(three, 0, n)
     zero = 0.0 * c
     one = zero + 1.0
     times = zero + t + c * h
@@ -136,7 +148,9 @@ def lobatto_step(
         pushes[i] = zero
     last = BEGINNING
     before = BEGINNING
+    halfway = BEGINNING
     coarse = True
+    near = False  # to where constraints depend on each other
     held = 0.0  # iterations since values have converged: slopes, whose rounding is larger, follow
     settle = FOLLOW if slope_count(q[0]) > 0 else 0.0
     q_inverse = 0.0
@@ -163,15 +177,21 @@ def lobatto_step(
             q_inverse = inverse_size(max(top(larger(q, q, n)), top(larger(K, K, n))))
             p_inverse = inverse_size(max(top(larger(p, p, n)), top(larger(L, L, n))))
         worst = 0.0 * plain(c)
-        for a in range(m):
-            lam[a] = lam[a] - inverse_h * combine(impulses, g[a], zero)
+        for i in range(n):
+            lack[i] = along(n, m, i, response, g)
+        if coarse and m > 1:
+            near = dependence(m, matrix) > NEAR
+        if near:
+            push_along_normals(impulses, -inverse_h, L, weights, coarse, lam, own, n, m)
+        else:
+            for a in range(m):
+                lam[a] = lam[a] - inverse_h * combine(impulses, g[a], zero)
         for i in range(n):
             push = weights * dq[i]
             L[i] = along(n, m, i, G, lam) - push
-            lack = along(n, m, i, response, g)
-            new = trial[i] - lack
+            new = trial[i] - lack[i]
             worst = maximum(abs(plain(new) - plain(Q[i])) * q_inverse, worst)
-            worst = maximum(abs(plain(lack)) * q_inverse, worst)
+            worst = maximum(abs(plain(lack[i])) * q_inverse, worst)
             worst = maximum(abs(plain(push) - plain(pushes[i])) * p_inverse, worst)
             Q[i] = new
             P[i] = p[i] + combine(nu, L[i], zero + carry_p[i])
@@ -179,8 +199,11 @@ def lobatto_step(
         delta = top(worst)
         if not finite(delta):
             return failure(iteration), iteration + 1, delta
-        rounding = rounding_left(delta, c)
-        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
+        ending = iteration + 1 == cap
+        if 2 * iteration == cap:
+            halfway = delta
+        rounding = rounding_left(delta, c) | (ending & kept_up(delta, halfway))
+        done = solved(delta, last, before, tolerance, rounding, ending)
         held = held + 1.0 if done or held > 0.0 else held
         if held > settle:
             end = zero + (t + h)
@@ -191,7 +214,34 @@ def lobatto_step(
         coarse = delta > COARSE
         before = last
         last = delta
-    return NOT_CONVERGED, cap, last
+    return unsolved(m, matrix), cap, last
+
+
+@helper
+def push_along_normals(
+    impulses, per, L, weights, coarse: bool, lam, own: Work, n: int, m: int
+) -> None:
+    """Add to the multipliers what moves the stages by what they lack, a vector of R^n each.
+
+    The forces that do so are found as vectors, and split along the normals of the stages that they act
+    on: a normal that is short, or changes its sign, has a multiplier that is large, or does so too, but
+    a force that is smooth. For the same reason multipliers begin with what L holds along the normals,
+    not with those of the last step.
+    """
+    lack, aim, hold = part(own.three, 0, n), part(own.three, n, n), part(own.three, 2 * n, n)
+    zero = 0.0 * weights
+    for i in range(n):
+        aim[i] = per * combine(impulses, lack[i], zero)
+        hold[i] = L[i] + weights * own.dp0[i]
+    for a in range(m):
+        own.g[a] = across(n, a, own.G1, aim)
+        if coarse:
+            own.g[a] = own.g[a] + across(n, a, own.response, hold)
+            lam[a] = zero
+    contract(n, m, own.G1, own.response, own.matrix)
+    solve_small(m, own.matrix, own.g)
+    for a in range(m):
+        lam[a] = lam[a] + own.g[a]
 
 
 @helper

@@ -16,11 +16,12 @@ from .fixed_point import (
     failure,
     finite,
     inverse_size,
+    kept_up,
     larger,
     rounding_left,
     solved,
 )
-from .small_matrices import across, along, contract, largest, lost_rank, solve_small
+from .small_matrices import across, along, contract, largest, lost_rank, solve_small, unsolved
 from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["RATTLE", "rattle_memory", "rattle_stepper", "rattle_work"]
@@ -180,6 +181,7 @@ def rattle_step(
     still = 0.0 * plain(q[0])
     last = like(BEGINNING, still)
     before = like(BEGINNING, still)
+    halfway = like(BEGINNING, still)
     going = like(1.0, still)  # 0 in the lanes that have converged: they change no more
     coarse = like(1.0, still)  # 1 in the lanes whose sizes are still to be found
     held = still  # iterations since values have converged: slopes, whose rounding is larger, follow
@@ -204,6 +206,10 @@ def rattle_step(
             lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
         q_inverse = select(coarse > 0.0, inverse_size(larger(q, last_q, n)), q_inverse)
         p_inverse = select(coarse > 0.0, inverse_size(larger(p, last_p, n)), p_inverse)
+        if (
+            2 * iteration == cap
+        ):  # where normals depend on each other, their multipliers are rounded
+            p_inverse = select(last <= CLEAN, still, p_inverse)
         delta = still
         for i in range(n):
             by_q = free[i] - along(n, m, i, response, g)
@@ -219,8 +225,11 @@ def rattle_step(
         worst = top(delta)
         if not finite(worst):
             return failure(iteration), iteration + 1, worst
-        rounding = rounding_left(delta, still)
-        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
+        final = iteration + 1 == cap
+        if 2 * iteration == cap:
+            halfway = delta
+        rounding = rounding_left(delta, still) | (final & kept_up(delta, halfway))
+        done = solved(delta, last, before, tolerance, rounding, final)
         held = select(done | (held > 0.0), held + 1.0, held)
         going = select(held > settle, still, going)
         coarse = select(delta > COARSE, going, still)
@@ -239,7 +248,7 @@ def rattle_step(
                 dq1[i] = dq1[i] + (P[i] - dq0[i])
             moved = top(plain(largest(n, dq1))) if m > 1 else 0.0
             if m > 1 and lost_rank(m, matrix, n, p, dq1, moved, dp0, 2.0 * half):
-                return LOST_RANK, iteration + 1, top(left)
+                return LOST_RANK, iteration + 1, moved
             for i in range(n):
                 add_compensated(q, carry, i, last_q[i])
                 add_compensated(p, part(carry, n, n), i, dq1[i])
@@ -251,7 +260,7 @@ def rattle_step(
             return OK, iteration + 1, worst
         before = last
         last = delta
-    return NOT_CONVERGED, cap, top(last)
+    return unsolved(m, matrix), cap, top(last)
 
 
 @functools.cache

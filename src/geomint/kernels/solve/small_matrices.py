@@ -4,6 +4,7 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, plain, top
+from .status import LOST_RANK, NOT_CONVERGED
 
 LEFT = 0.02  # of a constraint, beside those before it
 JUMP, RESTING, PULLED = 0.35, 0.52, 4.0
@@ -30,18 +31,11 @@ def solve_small(m: int, matrix, right) -> None:
 
 
 @helper
-def lost_rank(m: int, matrix, n: int, p, kick, moved: float, force, h) -> bool:
-    """Tell whether a step has passed a state where constraints depend on each other, and not rightly.
+def dependence(m: int, matrix) -> float:
+    """Return how far constraints depend on each other, by what `solve_small` has made of G H_pp Gᵀ.
 
-    `matrix` is what `solve_small` has made of G H_pp Gᵀ: a pivot is what is left of a constraint's
-    normal beside those before it. Where next to nothing is, several motions meet, and the step has
-    taken another one if the largest kick of p, `moved`, is large: not from rest, and not by the force,
-    whose steps are so too. Right passes of a four-bar kick by 0.2 of p at most, wrong ones by 0.4 at
-    least. The kick is looked at first: all but a few steps cost no more.
+    The largest part of a normal that lies in those before it, of all lanes: a pivot is what is left.
     """
-    before = top(plain(largest(n, p)))
-    if not moved > JUMP * before:
-        return False
     most = 0.0 * plain(matrix[0])
     for k in range(1, m):
         taken = 0.0 * most
@@ -49,9 +43,28 @@ def lost_rank(m: int, matrix, n: int, p, kick, moved: float, force, h) -> bool:
             upper = plain(matrix[j * m + k])
             taken += upper * upper / plain(matrix[j * m + j])
         most = maximum(taken / (taken + plain(matrix[k * m + k])), most)
-    if not top(most) > 1.0 - LEFT:
+    return top(most)
+
+
+@helper
+def unsolved(m: int, matrix) -> int:
+    """Return the status of a step whose iteration has not converged: what may be to blame."""
+    return LOST_RANK if m > 1 and dependence(m, matrix) > 1.0 - LEFT else NOT_CONVERGED
+
+
+@helper
+def lost_rank(m: int, matrix, n: int, p, kick, moved: float, force, h) -> bool:
+    """Tell whether a step has passed a state where constraints depend on each other, and not rightly.
+
+    Where next to nothing is left of a normal, several motions meet, and the step has taken another one
+    if the largest kick of p, `moved`, is large: not from rest, and not by the force, whose steps are
+    so too. Right passes of a four-bar kick by 0.2 of p at most, wrong ones by 0.4 at least. The kick is
+    looked at first: all but a few steps cost no more.
+    """
+    before = top(plain(largest(n, p)))
+    if not (moved > JUMP * before and dependence(m, matrix) > 1.0 - LEFT):
         return False
-    after = 0.0 * most
+    after = 0.0 * plain(kick[0])
     for i in range(n):
         after = maximum(abs(plain(p[i]) + plain(kick[i])), after)
     size, pull = max(before, top(after)), abs(top(h)) * top(plain(largest(n, force)))
