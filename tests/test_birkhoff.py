@@ -252,3 +252,27 @@ def test_what_does_not_come_back_is_undecided() -> None:
     noise = gi.birkhoff_average(rng.normal(size=20_000))
     assert noise.returning
     assert noise.verdict == "chaotic"
+
+
+TURNS = np.arange(1000.0)
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        np.exp(1j * np.pi * TURNS),
+        np.exp(-1j * np.pi * TURNS),
+        -((-1.0) ** TURNS) + 0j,
+        np.exp(1j * np.cumsum(np.where(TURNS % 2 == 0, np.pi - 0.1, 0.1 - np.pi))),
+        np.cos(0.7 * TURNS) + 0j,  # through 0, by which side nobody knows
+        np.cos(0.7 * TURNS) + 0.001j,
+    ],
+)
+def test_half_a_turn_is_no_number(signal):
+    with pytest.raises(gi.DomainError, match="close enough to tell"):
+        gi.rotation_number(signal)
+
+
+@pytest.mark.parametrize("turn", [3.1, -3.14, np.pi - 1e-6, 0.0])
+def test_less_than_half_a_turn_is_one(turn):
+    assert gi.rotation_number(np.exp(1j * turn * TURNS)).value == pytest.approx(turn, abs=1e-12)

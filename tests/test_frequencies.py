@@ -42,6 +42,38 @@ def test_a_real_signal_has_pairs():
     assert sorted(term.frequency for term in found) == pytest.approx([-1.7, 1.7], abs=1e-9)
 
 
+@pytest.mark.parametrize("order", [0, 2, 7])
+@pytest.mark.parametrize(
+    ("signal", "lines"),
+    [
+        (np.full(100, 7.0), {0.0: 7.0}),
+        (np.full(33, 3.0 - 4.0j), {0.0: 3.0 - 4.0j}),
+        (np.exp(0.2j * np.pi * np.arange(100)), {0.2 * np.pi: 1.0}),  # on a line of the transform
+        (np.exp(0.3j * np.arange(16)), {0.3: 1.0}),
+        (2.0 + (-1.0) ** np.arange(400), {0.0: 2.0, np.pi: 1.0}),
+        (1e8 + np.cos(0.7 * np.arange(1000)), {0.0: 1e8, 0.7: 0.5, -0.7: 0.5}),
+        (1e12 + np.cos(0.7 * np.arange(4000)), {0.0: 1e12, 0.7: 0.5, -0.7: 0.5}),
+        (np.zeros(40), {}),
+        (np.zeros(40, dtype=complex), {}),
+    ],
+)
+def test_where_nothing_is_left_nothing_is_found(signal, lines, order):
+    """Nor is a term split into several of one frequency."""
+    found = gi.frequencies(signal, 1.0, terms=len(lines) + (signal[0] < 1e7), order=order)
+    assert len(found) == len(lines)
+    for term in found:
+        nu = min(lines, key=lambda nu: abs(np.exp(1j * nu) - np.exp(1j * term.frequency)))
+        assert np.exp(1j * term.frequency) == pytest.approx(np.exp(1j * nu), abs=1e-4)
+        assert term.amplitude == pytest.approx(lines[nu], rel=2e-2)
+
+
+def test_the_largest_term_is_the_first():
+    times = np.arange(1000)
+    close = np.exp(0.3j * times) + np.exp(0.31j * times) + 0.1 * np.exp(2.0j * times)
+    sizes = [abs(term.amplitude) for term in gi.frequencies(close, 1.0, terms=6)]
+    assert sizes == sorted(sizes, reverse=True)
+
+
 def test_frequencies_of_a_torus():
     """All lines of γ_1 + iγ_2 are half whole combinations of the exact flow's frequencies."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()

@@ -43,7 +43,7 @@ def test_growth_is_that_of_the_derivative(name: str, problem: str) -> None:
     flow = gi.tangent_flow(p, y0, **until(p, end), method=name, step=STEP, directions=v)
     found = gi.lyapunov(p, y0, **until(p, end), method=name, step=STEP, directions=v)
     np.testing.assert_allclose(found.y, flow.y, rtol=0, atol=1e-12 * np.abs(y0).max())
-    expected = np.log(np.abs(np.diag(np.linalg.qr(flow.slopes / scales)[1])))
+    expected = np.sort(np.log(np.abs(np.diag(np.linalg.qr(flow.slopes / scales)[1]))))[::-1]
     atol = 1e-8 if p.measure is not None else 1e-9  # methods that leave the manifold are projected
     if name in ("rk-4", "dop853"):
         atol = 1e-4
@@ -83,7 +83,8 @@ def test_against_scipy() -> None:
         henon_heiles.problem(), CHAOTIC, t_end=end, method="gauss-8", step=0.1,
         directions=np.diag(scales[:, 0]),
     )  # fmt: skip
-    np.testing.assert_allclose(found.exponents * end, np.log(np.abs(np.diag(R))), atol=1e-6)
+    expected = np.sort(np.log(np.abs(np.diag(R))))[::-1]
+    np.testing.assert_allclose(found.exponents * end, expected, atol=1e-6)
 
 
 def test_chaos() -> None:
@@ -203,6 +204,62 @@ def test_what_there_is_after_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.status == "interrupted"
     assert 0 < len(found.t) < 60
     assert found.exponents.shape == (4,)
+
+
+@gi.field
+def stretching(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    for i in range(3):
+        out[i] = params[i] * y[i] + 0.1 * gi.sin(t)
+
+
+@pytest.mark.parametrize("rates", [[0.1, 0.5, -0.2], [-0.2, 0.1, 0.5], [0.3, 0.3, 0.3]])
+def test_exponents_fall(rates: list[float]) -> None:
+    """In whatever order directions are; samples, errors and files with them, and after a failure."""
+    p = gi.Problem("stretching", tuple((x, 1) for x in "xyz"), np.array(rates), field=stretching)
+    run = {"method": "rk-4", "step": 0.05, "t_end": 40.0}
+    found = gi.lyapunov(p, np.ones(3), **run, directions=np.eye(3))
+    np.testing.assert_allclose(found.exponents, sorted(rates, reverse=True), atol=1e-6)
+    assert (np.diff(found.exponents) <= 0.0).all()
+    np.testing.assert_array_equal(found.running[-1], found.exponents)
+    order = np.argsort(rates)[::-1]
+    alone = [gi.lyapunov(p, np.ones(3), **run, directions=np.eye(3)[:, k : k + 1]) for k in order]
+    np.testing.assert_allclose(found.errors, [one.errors[0] for one in alone], rtol=1e-3)
+
+
+def abrupt(of: str) -> Any:
+    @gi.field
+    def field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = 1.0 * y[1]
+        if of == "slope":
+            out[1] = -1.0 * y[0] + gi.sqrt(abs(y[1]))
+        else:
+            out[1] = -1.0 / y[0]
+
+    return gi.Problem(of, (("x", 1), ("v", 1)), field=field)
+
+
+@pytest.mark.parametrize("method", ["rk-4", "gauss-4"])
+@pytest.mark.parametrize(
+    ("of", "y0", "said"),
+    [
+        ("slope", [1.0, 0.0], "derivative cannot"),
+        ("rate", [0.0, 1.0], "gives no number at the state"),
+    ],
+)
+def test_what_no_step_can_do_is_not_the_step_s_fault(
+    of: str, y0: list[float], said: str, method: str
+) -> None:
+    """Where there is no derivative, and where the field itself is no number."""
+    run = {"t_end": 1.0, "method": method, "step": 0.01}
+    for follow in (gi.lyapunov, gi.tangent_flow):
+        with pytest.raises(gi.NonFiniteError, match=said):
+            follow(abrupt(of), y0, **run)
+    motion = gi.Integrator(abrupt(of), y0, method, step=0.01, tangents=2)
+    with pytest.raises(gi.NonFiniteError, match=said):
+        motion.step()
+    if of == "rate":
+        with pytest.raises(gi.NonFiniteError, match=said):
+            gi.solve(abrupt(of), y0, **run)
 
 
 def test_in_a_file(tmp_path: Path) -> None:

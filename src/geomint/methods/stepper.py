@@ -24,10 +24,14 @@ from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, part, scalar_block
 from ..kernels.solve.advance import bound_stepper
-from ..kernels.solve.status import LOST_RANK, NOT_CONVERGED, OK, OUTSIDE_CHART
+from ..kernels.solve.status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK, OUTSIDE_CHART
 
 GAP = 4  # roundings before an end: one of i h, one of N h, two of sums with them
 NOTHING = scalar_block(0)
+SHORT = 2.0**-30  # of a step: one that fails too is not too long
+NO_RATES = "the problem gives no number at the state before it, however short the step"
+EARLIER = ": those before may have been too long"
+NO_SLOPES = "the step can be taken, its derivative cannot: there is none here, or it is too large"
 _TURNING = threading.RLock()
 
 
@@ -393,6 +397,17 @@ class Stepper:
             self.memory.data[:] = memory
             self.move(*own)
 
+    def error_of_slopes(
+        self, result: Advance, y: Array, t0: float, h: float, first: int, before: int
+    ) -> StepError:
+        """Return the error of steps with derivatives, from y after step `first`; see `error`."""
+        alone = self.restarted(y, t0 + first * h, h)._alone()
+        taken = alone.advance(0, result.steps + 1, result.steps + 2, NOTHING).status == OK
+        alone.move(t0, h)
+        error = alone.error(result, first, before)
+        numbers = error.t, error.step, error.residual, error.iterations
+        return type(error)(*numbers, NO_SLOPES) if taken else error
+
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
         """Return the typed error of an advance that failed after step `first`."""
         step = first + result.steps
@@ -406,4 +421,9 @@ class Stepper:
             hint = f"h = {self.h:.6g} does not tell which of the motions goes on: give another step"
             return RankError(*numbers, hint)
         kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
-        return kind(*numbers, f"h = {self.h:.6g} is probably too large for this method and state")
+        hint = f"h = {self.h:.6g} is probably too large for this method and state"
+        if kind is NonFiniteError:
+            short = self.restarted(self.state, t, SHORT * self.h)._alone()
+            if short.advance(0, 1, 2, NOTHING).status == NOT_FINITE:
+                hint = NO_RATES + EARLIER * (before + step > 0)
+        return kind(*numbers, hint)

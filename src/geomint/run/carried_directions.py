@@ -1,6 +1,5 @@
 """Directions that steps carry along, eight at once: the same steps in numbers with derivatives."""
 
-import copy
 import math
 from typing import Any
 
@@ -12,7 +11,7 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.fixed_point import SMALLEST
 from ..kernels.solve.status import NOT_CONVERGED, OK
-from ..methods.stepper import Advance, Stepper
+from ..methods.stepper import NO_SLOPES, Advance, Stepper
 from ..methods.tangent import AT_ONCE, tangent_type
 
 PIECE = 100  # steps after which all are where the first is, and Ctrl-C is seen
@@ -97,7 +96,7 @@ class CarriedDirections:
                         self._some(t, h, one, 1, before)
                         if not self._finite:
                             numbers = (t + one * h, before + one, math.inf, 0)
-                            raise NonFiniteError(*numbers, "a derivative is too large for a number")
+                            raise NonFiniteError(*numbers, NO_SLOPES)
         except BaseException as error:
             self.restore(kept)
             if isinstance(error, StepError):
@@ -117,9 +116,8 @@ class CarriedDirections:
                 self._some(t, h, first, count, before)
                 return
             if done.status != OK:
-                failed = copy.copy(self._stepper)
-                failed.t0, failed.h = t, h
-                raise failed.error(done, first, before)
+                self.restore(begun)
+                raise self._stepper.error_of_slopes(done, self.state, t, h, first, before)
         self.follow(self._groups[0].memory[:, 0])
 
     @property

@@ -28,8 +28,7 @@ class Lyapunov(Shown):
     Attributes
     ----------
     exponents : array, shape (k,)
-        In the order of their directions, the largest first as a rule; per unit of the problem's own
-        time.
+        In falling order, whatever the order of their directions; per unit of the problem's own time.
     errors : array, shape (k,)
         One standard error: that of the means over parts of the run, what the second half of it has
         changed, and a rounding a step. A regular motion has exponents like ln t / t, which are no
@@ -37,7 +36,7 @@ class Lyapunov(Shown):
     t : array, shape (samples,)
         Time since the beginning, where there are samples.
     running : array, shape (samples, k)
-        The exponents up to there.
+        The exponents up to there, in the order of those at the end.
     sali : array, shape (samples,), or None
         The smaller alignment index, min ‖v₁ ± v₂‖, of two vectors of length 1 that are carried along:
         it falls to 0 exponentially where motions part exponentially, and like a power of t, or not at
@@ -69,7 +68,7 @@ class Lyapunov(Shown):
 
     @property
     def verdict(self) -> str:
-        """``"chaotic"``, ``"regular"`` or ``"undecided"``, by the growth λ₁ t of the first direction.
+        """``"chaotic"``, ``"regular"`` or ``"undecided"``, by the growth λ₁ t.
 
         Neighbouring motions of a regular one part like a power of time, so that λ₁ t is like ln(t/T) to
         the power's exponent, T the characteristic time. Up to 3 ln(t/T) + 3 counts as regular; beyond

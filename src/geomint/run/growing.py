@@ -73,8 +73,9 @@ class Growing:
             return
         self._iterations += done.iterations
         if done.status != OK:
-            self._stepper.move(t0, h)
-            raise self._stepper.error(done, first, before)
+            carried.remembered = known
+            state = carried.kept("state")[: self._stepper.rows]
+            raise self._stepper.error_of_slopes(done, state, t0, h, first, before)
 
     def sample(self, t: float) -> None:
         """Note what there is after that time."""
@@ -87,6 +88,8 @@ class Growing:
         """Return what was sampled, as a result."""
         t, d = np.array(self._t), self._carried.sizes.d
         grown = np.array(self._grown).reshape(len(t), d)
+        if len(t):
+            grown = grown[:, np.argsort(-grown[-1], kind="stable")]
         running = grown / t[:, None]
         return Lyapunov(
             running[-1] if len(t) else np.zeros(d),

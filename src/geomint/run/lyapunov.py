@@ -1,5 +1,6 @@
 """Lyapunov exponents of a run: how fast neighbouring motions part."""
 
+import contextlib
 from typing import Any
 
 import numpy as np
@@ -47,8 +48,8 @@ def lyapunov(
 
     Directions tangent to the manifold of states (that of the problem's measure; without one all are)
     are carried along by steps in tangent numbers and made orthonormal on the way. The exponents are
-    (1/t) log R_kk of the factor R: the largest, and with all directions the whole spectrum, whose sum
-    is the mean growth of volumes.
+    (1/t) log R_kk of the factor R, in falling order: the largest, and with all directions the whole
+    spectrum, whose sum is the mean growth of volumes.
 
     Parameters
     ----------
@@ -109,7 +110,10 @@ def lyapunov(
         chosen *= sizes_of_pieces(problem, state)[:, None]  # random ones, in units of the pieces
         carried = Carried(problem, stepper, state, timeline.start, chosen)
     assert timeline.steps is not None
-    span = characteristic_time(problem, state, timeline.h, timeline.start, rates_of(problem, state))
+    span = abs(timeline.h)
+    with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
+        rate_at = rates_of(problem, state)
+        span = characteristic_time(problem, state, timeline.h, timeline.start, rate_at)
     every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))
     steps, rest = timeline.steps, timeline.remainder
     growing = Growing(stepper, carried, timeline.start, timeline.h, every)

@@ -23,8 +23,8 @@ DIGITS = 16.0  # more than float64 has are not told
 REGULAR, CHAOTIC, GAIN = 4.0, 1.0, 1.5
 RETURNS = 0.1  # of the range: less than that in both halves of a run, and it has not come back
 STEADY = 1e-9  # of its size: what varies by less is a constant, with its rounding
-# Radians: turns that may be wrapped to the other side of π; a gap between angles that is no accident.
-NEAR_HALF, CLEAR = 3.0, 0.2
+# Radians: turns that may be wrapped to the other side of π; what is no less than half a turn.
+NEAR_HALF, HALF = 3.0, np.pi - 1e-9
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,9 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     Raises
     ------
     DomainError
-        For fewer than 17 samples, numbers that are not finite, points at 0, and samples between which
-        the angle turns by anything, so that nobody can tell how often it has turned.
+        For fewer than 17 samples, numbers that are not finite, points at 0, samples between some of
+        which the angle turns by half a turn more than between others, so that nobody can tell how often
+        it has turned, and samples half a turn apart, of which nobody can tell whither.
 
     Examples
     --------
@@ -156,7 +157,11 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     if np.abs(turns).max() > NEAR_HALF:
         turns = _cut(turns, signal)
     found = birkhoff_average(turns)
-    value = float(np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi) / step
+    turn = float(np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi)
+    if abs(turn) >= HALF:
+        said = "samples close enough to tell which way the angle turns: not half a turn apart"
+        raise DomainError("signal", signal, said)
+    value = turn / step
     if not math.isfinite(value):
         raise DomainError("step", step, "a time whose inverse is a number")
     return Average(value, found.digits, found.gained, found.samples, found.returning)
@@ -167,7 +172,7 @@ def _cut(turns: Array, signal: Any) -> Array:
     around = np.sort(turns)
     gaps = np.diff(np.append(around, around[0] + 2.0 * np.pi))
     widest = int(np.argmax(gaps))
-    if not gaps[widest] > CLEAR:
+    if not gaps[widest] > np.pi:
         said = "samples close enough to tell by how much the angle has turned: not by any angle"
         raise DomainError("signal", signal, said)
     cut = around[widest] + 0.5 * gaps[widest]

@@ -4,7 +4,8 @@ A signal z(t) = Σ c_k e^{iν_k t} sampled at equal steps over a time T is multi
 order p, and ν_1 is where |∫ z e^{−iνt} w dt| is largest: from the fast Fourier transform, then a root
 of the derivative. All terms found so far are fitted together and taken away, and the next one is
 looked for. The error of a frequency is of the order T^(−2p−2) where the others are further away than
-some 1/T: far below the 1/T of a Fourier transform.
+some 1/T: far below the 1/T of a Fourier transform. It ends where nothing but roundings is left, or what
+a term that is there already has left beside itself: closer than π/T two terms are one.
 
 Source: J. Laskar, *Frequency analysis for multi-dimensional systems* (1993), Physica D 67.
 """
@@ -23,6 +24,7 @@ from .birkhoff import times_power_of_two
 Array = npt.NDArray[Any]
 FEWEST = 16  # samples
 LARGEST_ORDER = 100  # of a window: beyond, nothing but its middle is left
+ROUNDING = 8.0 * 2.0**-52  # of a sample; as much of its phase νt
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     step : float
         Time between samples.
     terms : int
-        How many.
+        How many, at most: a constant has one, and zeros have none.
     order : int
         Of the window, p ≥ 0: 1 is Hann's own. Higher orders are better for long signals and worse
         for neighbouring frequencies.
@@ -75,20 +77,28 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     z = z / size
     times = np.arange(len(z)) - 0.5 * (len(z) - 1)  # symmetric, in steps
     window = _window(len(z), order)
-    waves: list[Array] = []
     found: list[float] = []
-    rest = z
-    for _ in range(terms):
-        nu = _largest(rest, times, window)
+    amplitudes, rest = np.zeros(0, dtype=np.complex128), z
+    near = np.pi / len(z)
+    while len(found) < terms:
+        phases = len(z) * float(np.abs(amplitudes * found).sum())
+        nu = _largest(rest, times, window, ROUNDING * (1.0 + phases))
+        if nu is None or any(abs(_in_a_turn(nu - other)) < near for other in found):
+            break
         found.append(nu)
-        waves.append(np.exp(1j * nu * times))
-        basis = np.array(waves).T
+        basis = np.exp(1j * np.outer(times, found))
         weights = np.sqrt(window)[:, None]
         amplitudes, *_ = np.linalg.lstsq(weights * basis, weights[:, 0] * z, rcond=None)
         rest = z - basis @ amplitudes
     turned = size * amplitudes * np.exp(1j * np.array(found) * times[0])
     told = times_power_of_two(turned, power)
-    return [Term(nu / step, complex(c)) for nu, c in zip(found, told, strict=True)]
+    largest_first = np.argsort(-np.abs(amplitudes), kind="stable")
+    return [Term(found[k] / step, complex(told[k])) for k in largest_first]
+
+
+def _in_a_turn(angle: float) -> float:
+    """Return an angle from −π to π."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def _window(count: int, order: int) -> Array:
@@ -98,11 +108,13 @@ def _window(count: int, order: int) -> Array:
     return values / np.mean(values)
 
 
-def _largest(z: Array, times: Array, window: Array) -> float:
-    """Return the ν, in radians a step, where the windowed transform is largest."""
+def _largest(z: Array, times: Array, window: Array, rounding: float) -> float | None:
+    """Return the ν, in radians a step, where the windowed transform is largest; None: of roundings."""
     padded = 4 * len(z)
     power = np.abs(np.fft.fft(z * window, padded))
     top, width = int(np.argmax(power)), 2.0 * np.pi / padded
+    if not power[top] > rounding * np.linalg.norm(window):
+        return None
 
     def slope(nu: float) -> float:
         """Half of the derivative of |F|², F the transform: a root of it is known to rounding."""
@@ -110,9 +122,9 @@ def _largest(z: Array, times: Array, window: Array) -> float:
         return float((np.conj(np.sum(wave)) * np.sum(-1j * times * wave)).real)
 
     low, high = (top - 1) * width, (top + 1) * width
-    if not slope(low) > 0.0 > slope(high):  # a plateau: nothing is there but round-off
-        return float((top * width + np.pi) % (2.0 * np.pi) - np.pi)
+    if not slope(low) > 0.0 > slope(high):  # a plateau
+        return _in_a_turn(top * width)
     from scipy.optimize import brentq  # half a second, which scans for other readings need not wait
 
     nu = float(brentq(slope, low, high, xtol=1e-18, rtol=8.9e-16))  # type: ignore[no-untyped-call]
-    return (nu + np.pi) % (2.0 * np.pi) - np.pi
+    return _in_a_turn(nu)

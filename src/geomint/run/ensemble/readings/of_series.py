@@ -137,7 +137,8 @@ class Frequency(OfEvenSamples):
         if not np.ptp(samples) > STEADY * np.abs(samples).max():
             return np.nan
         rest = samples - birkhoff_average(samples).value
-        return abs(frequencies(rest, abs(gap))[0].frequency)
+        found = frequencies(rest, abs(gap))
+        return abs(found[0].frequency) if found else np.nan
 
 
 @dataclass(frozen=True)
