@@ -5,8 +5,10 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 from click.testing import CliRunner
+from pydantic import BaseModel, ConfigDict
 
 import geomint as gi
 from chaplygin import scenes
@@ -310,8 +312,6 @@ def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, mo
 
 
 def test_a_system_of_another_package(monkeypatch, tmp_path):
-    from pydantic import BaseModel, ConfigDict
-
     from geomint.problems import systems
 
     class Strict(BaseModel):
@@ -357,6 +357,38 @@ def test_a_system_of_another_package(monkeypatch, tmp_path):
     result = invoke("drift", path, "--out", tmp_path / "report")
     assert result.exit_code == 0, result.output
     assert "energy" in result.stdout
+
+
+def test_a_scene_without_a_field_takes_the_method_that_fits(tmp_path, monkeypatch):
+    from geomint.problems import systems
+
+    class Nothing(BaseModel):
+        model_config = ConfigDict(extra="forbid")
+
+    spring = gi.natural_in_space(gi.helper(pull))
+    problem = gi.Problem("spring", (("q", 1), ("v", 1)), splitting=spring)
+
+    def build(parameters, initial):
+        return gi.Model({"own": problem}, {"own": np.array([1.0, 0.0])})
+
+    system = gi.System("spring", "a spring", Nothing, Nothing, build)
+
+    class Point(EntryPoint):
+        def load(self):
+            return system
+
+    points = [Point("spring", "other.package:SPRING", "geomint.systems")]
+    monkeypatch.setattr(systems, "entry_points", lambda group: points)
+    path = tmp_path / "spring.toml"
+    path.write_text('[system]\nname = "spring"\n[time]\nt_end = 3.0\n[observe]\nquantities = []\n')
+    result = invoke("run", path, "--out", tmp_path / "run.nc")
+    assert result.exit_code == 0, result.output
+    assert gi.load(tmp_path / "run.nc").method.name == "verlet-8"
+    assert "verlet-8" in invoke("check", path).stdout
+
+
+def pull(params, t, q, out, work):
+    out[0] = -1.0 * q[0]
 
 
 def test_outputs_have_default_places(tmp_path, monkeypatch):

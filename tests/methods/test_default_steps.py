@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import warnings
 from collections.abc import Callable
@@ -15,6 +16,7 @@ import chaplygin as ch
 import geomint as gi
 from geomint.run.local_error import DOUBT, promised
 from tests.methods.test_local_error import SYSTEMS, epidemic, far, hanging, kepler, plain, rigid
+from tests.problems import abc_flow, double_pendulum
 
 PENDULUM = gi.Problem("hanging", space=gi.TangentSphere(3, ("q", "v")), field=hanging)
 NEUMANN = ch.neumann_problem([1.0, 2.0, 4.0], 10.0)
@@ -229,3 +231,35 @@ def test_scipys_runs_from_tolerances_tell_what_comes_after_the_pilot_run() -> No
         warnings.simplefilter("error")
         solve_ivp(later, (0.0, 250.0), [1.0, 0.0], gi.scipy.RK4)
         solve_ivp(later, (0.0, 500.0), [1.0, 0.0], gi.scipy.RK4, step=0.5)
+
+
+REDUCED = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0).reduced()
+FORMS = {
+    "action": (REDUCED, REDUCED.random_state(1), "rkmk-dop853"),
+    "hamiltonian": (double_pendulum.problem(), double_pendulum.INITIAL, "lobatto-8"),
+    "splitting": (abc_flow.problem(), abc_flow.INITIAL, "verlet-8"),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_default_method_fits_the_form(form: str) -> None:
+    """In everything that takes a method, where none is named; the motion is that of the field."""
+    given, y0, name = FORMS[form]
+    bare = dict.fromkeys(("field", "action", "hamiltonian", "splitting"))
+    p = dataclasses.replace(given, **{**bare, form: getattr(given, form)})
+    end = {"tau_end" if p.time == "tau" else "t_end": 2.0}
+    run = gi.solve(p, y0, **end)
+    assert run.method.name == name
+    np.testing.assert_allclose(run.y[-1], gi.solve(given, y0, **end).y[-1], atol=1e-7)
+    motion = gi.Integrator(p, y0)
+    assert motion.method.name == name
+    motion.step()
+    many = gi.solve_ensemble(p, [y0, y0], **end, workers=1)
+    np.testing.assert_allclose(many.final[1], run.y[-1], atol=1e-7)
+    assert gi.lyapunov(p, y0, **end, count=1).steps > 0
+    flow = gi.tangent_flow(p, y0, **end)
+    np.testing.assert_allclose(flow.y, run.y[-1], atol=1e-6)
+    piece = p.pieces[0][0]
+    assert gi.poincare_section(p, y0, event=f"{piece}[0]", points=1, end=50.0).steps > 0
+    with pytest.raises(gi.FormError, match=r"given as field=f of geomint.Problem"):
+        gi.solve(p, y0, **end, method="gauss-8")

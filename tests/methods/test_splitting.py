@@ -245,7 +245,7 @@ def test_a_flow_that_ends(method: str) -> None:
 def test_the_wrong_form() -> None:
     """The message names methods that fit."""
     problem = dataclasses.replace(abc_flow.problem(), field=None)
-    with pytest.raises(gi.FormError, match=r"verlet-2, verlet-4, verlet-6 \(form 'splitting'\)"):
+    with pytest.raises(gi.FormError, match=r"verlet-8, verlet-4, verlet-2 \(form 'splitting'\)"):
         gi.solve(problem, abc_flow.INITIAL, t_end=1.0, method="rk-4")
     with pytest.raises(gi.FormError, match="needs the form 'splitting'"):
         gi.solve(lotka_volterra.problem(), lotka_volterra.INITIAL, t_end=1.0, method="verlet-2")

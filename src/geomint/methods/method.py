@@ -226,7 +226,8 @@ class Method(ABC):
         if self.needs not in problem.forms:
             raise FormError(
                 f"method {self.name!r} needs the form {self.needs!r}, but problem "
-                f"{problem.name!r} offers {', '.join(problem.forms)}. {fitting(problem)}"
+                f"{problem.name!r} offers {', '.join(problem.forms)}. {fitting(problem)} "
+                f"That form is given as {self.needs}={GIVEN.get(self.needs, '…')} of geomint.Problem."
             )
         if clock and problem.clock is None:
             advice = "its own time is physical, so clock=False"
@@ -262,9 +263,15 @@ def pasted(value: Any) -> str:
 _SAID = ("name", "order", "needs", "step_fraction")
 FITTING = {
     "field": "gauss-8, dop853, rk-4",
-    "action": "cf-4, rkmk-4",
+    "action": "rkmk-dop853, cf-4, rkmk-4",
     "hamiltonian": "lobatto-8, rattle-2, rattle-4",
-    "splitting": "verlet-2, verlet-4, verlet-6",
+    "splitting": "verlet-8, verlet-4, verlet-2",
+}
+GIVEN = {
+    "field": "f",
+    "action": "geomint.GroupAction(generator, group)",
+    "hamiltonian": "geomint.Hamiltonian(gradients, constraint, m)",
+    "splitting": "geomint.natural_in_space(acceleration)",
 }
 
 

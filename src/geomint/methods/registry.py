@@ -6,6 +6,7 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from ..errors import MOST_NAMES, MethodError, closest, leave_out, loaded, nearest, quoted
+from ..problems.problem import Problem
 from ..tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -20,7 +21,7 @@ from .exact import NO_STEPS, Exact
 from .explicit import RungeKutta
 from .gauss import Gauss
 from .lobatto import Lobatto
-from .method import Method, checked_method
+from .method import FITTING, Method, checked_method
 from .rattle import Rattle
 from .rkmk import RKMK
 from .splitting import Verlet
@@ -66,11 +67,16 @@ def method_names() -> list[str]:
     return list(methods())
 
 
-def find_solver(name: str | Method | None) -> Method:
-    """Return what solves a problem: a method, the exact flow among them; gauss-8 for None."""
-    if _is_exact(name):
-        return _EXACT
-    return find_method(DEFAULT if name is None else name)
+def find_solver(name: str | Method | None, problem: Any = None) -> Method:
+    """Return what solves a problem: a method, the exact flow among them.
+
+    For None it is the first of those that fit the first form of the problem (`FITTING`): gauss-8 for
+    fields, and where no problem is given.
+    """
+    if name is None:
+        form = problem.forms[0] if isinstance(problem, Problem) else "field"
+        name = FITTING[form].split(",")[0]
+    return _EXACT if _is_exact(name) else find_method(name)
 
 
 def _is_exact(name: Any) -> bool:

@@ -12,7 +12,7 @@ from ..arguments import Array, as_vector, finite, positive, switch, whole
 from ..errors import DomainError, MethodError, StepError
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
-from ..methods import Method, Start, find_method
+from ..methods import Method, Start, find_method, find_solver
 from ..methods.agreement import check_agreement
 from ..methods.partial import rounding
 from ..methods.started import keep_started, started
@@ -42,8 +42,8 @@ class Integrator:
     problem : Problem
     state : array_like
         Flat state in the problem's documented order; `Problem.state` makes one.
-    method : str or Method
-        Such as ``"gauss-8"`` or ``geomint.Gauss(8)``.
+    method : str or Method, optional
+        Such as ``"gauss-8"`` or ``geomint.Gauss(8)``. Default: as that of `geomint.solve`.
     step : float, optional
         Length of a step in the problem's own time, > 0; that of the first of an adaptive method.
         Default: what `geomint.solve` begins with. It stays as it is, and a warning comes where steps
@@ -85,7 +85,7 @@ class Integrator:
         self,
         problem: Problem,
         state: Any,
-        method: str | Method = "gauss-8",
+        method: str | Method | None = None,
         *,
         step: float | None = None,
         time: float = 0.0,
@@ -95,7 +95,7 @@ class Integrator:
     ) -> None:
         if not isinstance(problem, Problem):
             raise DomainError("problem", problem, "a geomint.Problem")
-        chosen, start = find_method(method), finite("time", time)
+        chosen, start = find_method(find_solver(method, problem)), finite("time", time)
         y = problem.canonical(state)
         clock, compiled = switch("clock", clock), switch("compiled", compiled)
         chosen.check_fits(problem, clock)

@@ -94,10 +94,9 @@ def lyapunov(
     if progress is not None:
         switch("progress", progress, "True, False or None")
     known = started(problem, y0, t_end, tau_end, method, step, t0)
-    tried = (
-        0 if step is not None else WatchedSteps.enough(find_solver(method), known[1].steps, PART)
-    )
-    kept = _kept_step(problem, known, find_solver(method), tried) if tried else None
+    method = find_solver(method, problem)
+    tried = 0 if step is not None else WatchedSteps.enough(method, known[1].steps, PART)
+    kept = _kept_step(problem, known, method, tried) if tried else None
     if kept is not None:
         known = started(problem, y0, t_end, tau_end, method, kept, t0)
     state, timeline, stepper = known
@@ -142,9 +141,9 @@ def lyapunov(
     found = growing.found(problem.rows, span, "success")
     end = timeline.start + timeline.h * steps + rest
     off = integral_off(problem, (state, timeline.start), (found.y, end))
-    tell_lost(off, end, timeline.h, find_solver(method))
+    tell_lost(off, end, timeline.h, method)
     if places:
-        tell_fastest(_integrator(problem, known, find_solver(method), -1.0), places)
+        tell_fastest(_integrator(problem, known, method, -1.0), places)
     return found
 
 

@@ -72,7 +72,7 @@ def poincare_section(
     """
     if not isinstance(problem, Problem):
         raise DomainError("problem", problem, "a geomint.Problem")
-    chosen = find_solver(method)
+    chosen = find_solver(method, problem)
     kind = ExactTrail if isinstance(chosen, Exact) else _Motion
     ((name, surface),) = _only(event).items()
     if surface.what in problem.invariants or surface.what in problem.constraints:
@@ -192,7 +192,7 @@ class _Motion:
         number = ranked.number("largest")
         if number > self._known:
             self._known = MORE * number
-            if not Setting.default(run.method).kept(run):
+            if not Setting.default(run.method, run.problem).kept(run):
                 if self._run is not None:  # else `solve` has told
                     tell_errors(ranked.error, self._problem.time)
                 self._known = math.inf

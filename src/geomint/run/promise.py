@@ -91,11 +91,12 @@ class Setting(NamedTuple):
     own: Setting | None = None
 
     @classmethod
-    def default(cls, method: str | Method | None) -> Setting:
+    def default(cls, method: str | Method | None, problem: Any) -> Setting:
         """Return the default step of a method, or of none that is named."""
+        chosen = find_solver(method, problem)
         if method is None:
-            return cls(find_solver(None), wanted=AT_END, each=False, free=True)
-        return cls(find_solver(method))
+            return cls(chosen, wanted=AT_END, each=False, free=True)
+        return cls(chosen)
 
     @property
     def asked(self) -> dict[str, Any]:

@@ -98,7 +98,9 @@ def solve(
         in the problem's own time. Before the beginning: backwards; at it: no steps, the initial state.
         Functions are asked between beginning and end alone.
     method : str or Method
-        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default; with a `tolerance` also
+        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``. Default: by the problem's first form, gauss-8
+        for a field, rkmk-dop853 for an action, lobatto-8 for a Hamiltonian, verlet-8 for a splitting.
+        With a `tolerance` also
         ``"auto"``, which problem and tolerance choose (`geomint.run.accuracy.auto`); a long uneven
         motion runs in another time then (`geomint.time_transformed`), as ``sol.problem`` tells.
         ``"exact"`` is the exact motion of a problem that has one (`geomint.Problem.exact`): no steps,
@@ -196,7 +198,7 @@ def solve(
     if asked:
         chosen = choose_for(problem, y0, method, step, tolerance, named)
     else:
-        chosen = Setting.default(method)
+        chosen = Setting.default(method, problem)
     solution, chosen = _begun(problem, y0, chosen, named)
     kept, accuracy = chosen.kept(solution), chosen.accuracy
     solution.accuracy, measured = accuracy, estimated(solution)
@@ -286,7 +288,7 @@ def _solved(
         before = restart_of(former, clock, y0=y0, t0=t0 or None, method=method, step=step)
         y0, method = before.memory[: problem.rows], former.method
         clock = before.clock if problem.time == "tau" else clock
-    chosen = find_solver(method)
+    chosen = find_solver(method, problem)
     exact = isinstance(chosen, Exact)
     if exact:
         chosen.check_fits(problem, False)

@@ -87,7 +87,7 @@ def tangent_flow(
     >>> found.slopes.shape
     (6, 6)
     """
-    chosen = find_solver(method)
+    chosen = find_solver(method, problem)
     if isinstance(chosen, Adaptive):
         run = solve(
             problem, y0, t_end=t_end, tau_end=tau_end, method=chosen, step=step, t0=t0,
@@ -131,7 +131,7 @@ def started(
     start_time = finite("t0", t0)
     if not isinstance(problem, Problem):
         raise DomainError("problem", problem, "a geomint.Problem")
-    chosen = find_solver(method)
+    chosen = find_solver(method, problem)
     if isinstance(chosen, Exact) or chosen.adaptive:
         raise MethodError(f"method {chosen.name!r} takes no steps of a given length")
     if problem.time == "tau" and t_end is not None:

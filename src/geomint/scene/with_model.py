@@ -5,6 +5,7 @@ from functools import partial
 
 from ..errors import nearest, quoted
 from ..methods.method import Method
+from ..methods.registry import find_solver
 from ..problems.systems import Model
 from ..run.accuracy.auto import AUTO, auto_method
 from ..watch.observe import choose_watchers
@@ -26,6 +27,10 @@ def checked_with(
     flaws += _representation(model, content)
     if content.integrate.method == AUTO and not flaws:
         method = _chosen_method(model, content, flaws)
+    given, problems = content.integrate.model_fields_set, list(model.problems.values())
+    if not ("method" in given or any(problem.field for problem in problems)):
+        fitting = find_solver(None, problems[0]).with_options
+        method = flaws.asked("[integrate] ", partial(fitting, **content.integrate.options))
     flaws += _quantities(model, content)
     if not flawed & {"observe", "drift"}:
         flaws += _observation(model, content)

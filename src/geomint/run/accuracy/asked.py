@@ -55,7 +55,7 @@ def choose_for(
     if is_auto(method):
         chosen, reason = auto_method(problem, tolerance)
     else:
-        chosen = find_solver(method)
+        chosen = find_solver(method, problem)
     if isinstance(chosen, Exact):
         raise DomainError("tolerance", tolerance, "nothing: the exact flow takes no steps")
     state = problem.canonical(y0)

@@ -138,13 +138,13 @@ def solve_ensemble(
     """
     switches = {"clock": clock, "progress": progress, "keep_states": keep_states}
     check_switches(True, False, estimate_error, **switches)
-    chosen, begin = find_solver(method), finite("t0", t0)
     pool = checked_executor(executor)
     count_of_workers = checked_workers(workers)
     if save_every is not None:
         whole("save_every", save_every, 1)
     whole("observe_every", observe_every, 1)
     given = canonical_members(problems, states)
+    chosen, begin = find_solver(method, given.problems[0]), finite("t0", t0)
     chosen_for = chosen_readings(readings)
     if save_every is None and t_eval is None and tau_eval is None:
         along = [name for name, reading in chosen_for.items() if reading.along]
