@@ -6,8 +6,9 @@ step has given them so far. So an unknown that passes through zero, a momentum o
 begins at rest are all solved for to relative accuracy. It ends
 
 - with δ = 0: Φ(x) = x, bit for bit, whatever the sizes;
-- where δ no longer falls and is a few roundings (`rounding_left`);
-- at the cap, where δ has not fallen since half of the iterations (`kept_up`): where
+- where δ no longer falls and is a few roundings (`rounding_left`), or where constraints nearly depend
+  on each other, so that roundings are larger, less than `NEWTON_ROUNDING`;
+- of Gauss methods, at the cap, where δ has not fallen since half of the iterations (`kept_up`): where
   the function subtracts what is nearly the same, as a stiff spring does, roundings are those of its
   terms;
 - with a tolerance: where δ times the larger of its last two contractions, which is what a further

@@ -25,26 +25,18 @@ from .compensated import add_compensated
 from .fixed_point import (
     BEGINNING,
     COARSE,
+    NEWTON_ROUNDING,
     failure,
     finite,
     inverse_size,
-    kept_up,
     larger,
     rounding_left,
     solved,
 )
 from .gauss import combine, eight_columns, increment, padding
 from .rattle import CLEAN, NEWTON, add_normal_response, drop_rounding, project_momentum
-from .small_matrices import (
-    across,
-    along,
-    contract,
-    dependence,
-    largest,
-    solve_small,
-    unsolved,
-)
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .small_matrices import across, along, contract, largest, near_loss, solve_small
+from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["lobatto_coefficients", "lobatto_memory", "lobatto_stepper", "lobatto_work"]
 
@@ -56,7 +48,6 @@ Memory = namedtuple("Memory", "state clock carry padding K L lam")
 Work = namedtuple("Work", "Q P dp0 dp1 trial pushes three G1 response matrix g scratch")
 
 FOLLOW = 4.0
-NEAR = 0.8  # `dependence`, from which on multipliers of one stage say little of those of another
 
 
 @inlined
@@ -148,7 +139,6 @@ def lobatto_step(
         pushes[i] = zero
     last = BEGINNING
     before = BEGINNING
-    halfway = BEGINNING
     coarse = True
     near = False  # to where constraints depend on each other
     held = 0.0  # iterations since values have converged: slopes, whose rounding is larger, follow
@@ -179,8 +169,7 @@ def lobatto_step(
         worst = 0.0 * plain(c)
         for i in range(n):
             lack[i] = along(n, m, i, response, g)
-        if coarse and m > 1:
-            near = dependence(m, matrix) > NEAR
+        near = near_loss(m, matrix) if coarse else near
         if near:
             push_along_normals(impulses, -inverse_h, L, weights, coarse, lam, own, n, m)
         else:
@@ -199,11 +188,8 @@ def lobatto_step(
         delta = top(worst)
         if not finite(delta):
             return failure(iteration), iteration + 1, delta
-        ending = iteration + 1 == cap
-        if 2 * iteration == cap:
-            halfway = delta
-        rounding = rounding_left(delta, c) | (ending & kept_up(delta, halfway))
-        done = solved(delta, last, before, tolerance, rounding, ending)
+        rounding = rounding_left(delta, c) | (near & (delta <= NEWTON_ROUNDING))
+        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         held = held + 1.0 if done or held > 0.0 else held
         if held > settle:
             end = zero + (t + h)
@@ -214,7 +200,7 @@ def lobatto_step(
         coarse = delta > COARSE
         before = last
         last = delta
-    return unsolved(m, matrix), cap, last
+    return LOST_RANK if near else NOT_CONVERGED, cap, last
 
 
 @helper

@@ -13,15 +13,15 @@ from .compensated import add_compensated
 from .fixed_point import (
     BEGINNING,
     COARSE,
+    NEWTON_ROUNDING,
     failure,
     finite,
     inverse_size,
-    kept_up,
     larger,
     rounding_left,
     solved,
 )
-from .small_matrices import across, along, contract, largest, lost_rank, solve_small, unsolved
+from .small_matrices import across, along, contract, largest, lost_rank, near_loss, solve_small
 from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["RATTLE", "rattle_memory", "rattle_stepper", "rattle_work"]
@@ -35,7 +35,7 @@ SHIFT = 2.0**-20  # of p along the normals, for H_pp by differences
 NEWTON = 30
 # Newton's changes are squared, or divided by 1/SHIFT: after such a one the next is less than rounding.
 CLEAN = 2.0**-30
-FOLLOW = 3.0  # iterations
+FOLLOW, LATE = 3.0, 16  # iterations
 
 
 @inlined
@@ -181,13 +181,15 @@ def rattle_step(
     still = 0.0 * plain(q[0])
     last = like(BEGINNING, still)
     before = like(BEGINNING, still)
-    halfway = like(BEGINNING, still)
     going = like(1.0, still)  # 0 in the lanes that have converged: they change no more
     coarse = like(1.0, still)  # 1 in the lanes whose sizes are still to be found
     held = still  # iterations since values have converged: slopes, whose rounding is larger, follow
     settle = like(FOLLOW if slope_count(q[0]) > 0 else 0.0, still)
     q_inverse = still
     p_inverse = still
+    near = (
+        False  # to where multipliers are rounded to what moves p: along normals, for its projection
+    )
     for iteration in range(cap):
         if iteration > 0:
             gradients(params, t0, q, P, dq0, dp0, scratch)
@@ -206,10 +208,9 @@ def rattle_step(
             lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
         q_inverse = select(coarse > 0.0, inverse_size(larger(q, last_q, n)), q_inverse)
         p_inverse = select(coarse > 0.0, inverse_size(larger(p, last_p, n)), p_inverse)
-        if (
-            2 * iteration == cap
-        ):  # where normals depend on each other, their multipliers are rounded
-            p_inverse = select(last <= CLEAN, still, p_inverse)
+        if iteration % LATE == LATE - 1 and top(last) <= CLEAN:
+            near = near_loss(m, matrix)
+            p_inverse = still if near else p_inverse
         delta = still
         for i in range(n):
             by_q = free[i] - along(n, m, i, response, g)
@@ -225,11 +226,8 @@ def rattle_step(
         worst = top(delta)
         if not finite(worst):
             return failure(iteration), iteration + 1, worst
-        final = iteration + 1 == cap
-        if 2 * iteration == cap:
-            halfway = delta
-        rounding = rounding_left(delta, still) | (final & kept_up(delta, halfway))
-        done = solved(delta, last, before, tolerance, rounding, final)
+        rounding = rounding_left(delta, still) | (near & (delta <= NEWTON_ROUNDING))
+        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         held = select(done | (held > 0.0), held + 1.0, held)
         going = select(held > settle, still, going)
         coarse = select(delta > COARSE, going, still)
@@ -260,7 +258,7 @@ def rattle_step(
             return OK, iteration + 1, worst
         before = last
         last = delta
-    return unsolved(m, matrix), cap, top(last)
+    return LOST_RANK if near else NOT_CONVERGED, cap, top(last)
 
 
 @functools.cache

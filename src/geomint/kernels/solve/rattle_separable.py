@@ -8,8 +8,8 @@ from ..numbers.blocks import REST, part, sections
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
 from .rattle import Coefficients, rattle_stepper
-from .small_matrices import across, along, contract, largest, lost_rank, solve_small, unsolved
-from .status import LOST_RANK, NOT_FINITE, OK, Step
+from .small_matrices import across, along, contract, largest, lost_rank, near_loss, solve_small
+from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK, Step
 
 __all__ = [
     "separable_rattle_memory",
@@ -101,7 +101,7 @@ def project_on_manifold(
             constraint(params, Q, g, G, own.scratch)
             return OK, iteration + 1, worst
         last = delta
-    return unsolved(m, matrix), cap, top(last)
+    return LOST_RANK if near_loss(m, matrix) else NOT_CONVERGED, cap, top(last)
 
 
 @inlined

@@ -4,9 +4,9 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, plain, top
-from .status import LOST_RANK, NOT_CONVERGED
 
 LEFT = 0.02  # of a constraint, beside those before it
+NEAR = 0.8  # `dependence`
 JUMP, RESTING, PULLED = 0.35, 0.52, 4.0
 
 
@@ -47,9 +47,9 @@ def dependence(m: int, matrix) -> float:
 
 
 @helper
-def unsolved(m: int, matrix) -> int:
-    """Return the status of a step whose iteration has not converged: what may be to blame."""
-    return LOST_RANK if m > 1 and dependence(m, matrix) > 1.0 - LEFT else NOT_CONVERGED
+def near_loss(m: int, matrix) -> bool:
+    """Tell whether multipliers are so large that they change as fast as the state goes on."""
+    return m > 1 and dependence(m, matrix) > NEAR
 
 
 @helper
