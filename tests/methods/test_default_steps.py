@@ -263,3 +263,35 @@ def test_the_default_method_fits_the_form(form: str) -> None:
     assert gi.poincare_section(p, y0, event=f"{piece}[0]", points=1, end=50.0).steps > 0
     with pytest.raises(gi.FormError, match=r"given as field=f of geomint.Problem"):
         gi.solve(p, y0, **end, method="gauss-8")
+
+
+@gi.field
+def later(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A rotation that is three hundred times as fast in the end."""
+    rate = 1.0 + 300.0 * y[2] * y[2] * y[2] * y[2]
+    out[0] = rate * y[1]
+    out[1] = -rate * y[0]
+    out[2] = 0.2 + 0.0 * y[0]
+
+
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
+def test_a_default_step_that_fails_is_halved() -> None:
+    """In loops from where it fails; in what else takes no given one as in runs."""
+    p = gi.Problem("later", (("q", 1), ("p", 1), ("z", 1)), field=later)
+    y0, method = [1.0, 0.0, 0.0], gi.Gauss(4, iteration="fixed-point")
+    end = gi.solve(p, y0, t_end=5.0, method=method).y[-1]
+    motion = gi.Integrator(p, y0, method)
+    first = motion.h
+    with pytest.warns(gi.StepWarning, match="from there steps are half as long"):
+        motion.propagate_until(5.0)
+    assert (motion.time, motion.h < 0.6 * first) == (5.0, True)
+    np.testing.assert_allclose(np.hypot(*motion.state[:2]), 1.0, atol=1e-12)
+    again = gi.Integrator(p, y0, method)
+    again.step(40)
+    assert (again.steps, again.h < first) == (40, True)
+    given = gi.Integrator(p, y0, method, step=first)
+    with pytest.raises(gi.ConvergenceError):
+        given.propagate_until(5.0)
+    np.testing.assert_allclose(gi.tangent_flow(p, y0, t_end=5.0, method=method).y, end, atol=1e-6)
+    found = gi.sensitivities(p, y0, t_end=5.0, method=method)
+    np.testing.assert_allclose(found.y, end, atol=1e-6)

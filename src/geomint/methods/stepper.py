@@ -405,8 +405,10 @@ class Stepper:
         taken = alone.advance(0, result.steps + 1, result.steps + 2, NOTHING).status == OK
         alone.move(t0, h)
         error = alone.error(result, first, before)
-        numbers = error.t, error.step, error.residual, error.iterations
-        return type(error)(*numbers, NO_SLOPES) if taken else error
+        if taken and isinstance(error, NonFiniteError):
+            numbers = error.t, error.step, error.residual, error.iterations
+            error = NonFiniteError(*numbers, NO_SLOPES)
+        return error
 
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
         """Return the typed error of an advance that failed after step `first`."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, as_vector, finite, positive, switch, whole
-from ..errors import DomainError, MethodError, StepError
+from ..errors import DomainError, MethodError, StepError, StepWarning, tell
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
 from ..methods import Method, Start, find_method, find_solver
@@ -27,6 +27,7 @@ from .timeline import MOST_STEPS, Timeline, check_advance, within
 from .watched_steps import PIECE as RANKED, WatchedSteps
 
 BATCH = 1 << 16  # steps between which Ctrl-C is seen
+SHORTEST = 2.0**-9  # of a default step: one that fails is halved, but not below
 
 
 class Integrator:
@@ -46,8 +47,8 @@ class Integrator:
         Such as ``"gauss-8"`` or ``geomint.Gauss(8)``. Default: as that of `geomint.solve`.
     step : float, optional
         Length of a step in the problem's own time, > 0; that of the first of an adaptive method.
-        Default: what `geomint.solve` begins with. It stays as it is, and a warning comes where steps
-        err by more than is promised where none is given.
+        Default: what `geomint.solve` begins with. It stays as it is, but where a step fails: from there
+        it is half as long, which a warning says, as one does where steps err by more than is promised.
     time : float
         The problem's own time at the beginning.
     clock : bool
@@ -77,7 +78,16 @@ class Integrator:
     """
 
     __slots__ = (  # so that writing to a name that it does not have is an error
-        *("__weakref__", "_carried", "_done", "_first", "_method", "_nothing", "_start"),
+        *(
+            "__weakref__",
+            "_carried",
+            "_default",
+            "_done",
+            "_first",
+            "_method",
+            "_nothing",
+            "_start",
+        ),
         *("iterations", "_ranks", "stepper", "steps", "_watched"),
     )
 
@@ -108,7 +118,8 @@ class Integrator:
             h = chosen.default_step(problem, y, math.inf, start, rate_at)
         self._begin(chosen, Start(problem, y, start, h, clock, compiled))
         self.prepare()
-        if not (known or chosen.adaptive):
+        self._default = not (known or chosen.adaptive)
+        if self._default:
             self._watched = WatchedSteps(self)
         if tangents is not None:
             self.tangents = tangents
@@ -141,7 +152,7 @@ class Integrator:
         self.stepper = started(method, start)
         self._nothing: Block | None = None
         self._ranks = NOTHING
-        self._watched = None
+        self._watched, self._default = None, False
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what steps need, and see that it is right."""
@@ -200,7 +211,7 @@ class Integrator:
     def h(self, h: float) -> None:
         if finite("h", h) == 0.0:
             raise DomainError("h", h, "a step that is not 0")
-        self._watched, self._ranks = None, NOTHING
+        self._watched, self._ranks, self._default = None, NOTHING, False
         self._anew(self.state, self.time, h)
 
     @property
@@ -351,13 +362,17 @@ class Integrator:
         nearest = round(gap / self.h)
         met = abs(nearest * self.h - gap) <= rounding(end)
         left = nearest if met else int(gap / self.h)
+        h = self.h
         self.stepper.aim(end)
         try:
-            while left > 0:
+            while left > 0 and self.h == h:
                 left -= self._some(min(left, BATCH))
-            self._meet(end)
+            if self.h == h:
+                self._meet(end)
         finally:
             self.stepper.end = None
+        if self.h != h:
+            self.propagate_until(end)
 
     def _aim(self, end: float) -> None:
         """Let an adaptive method end there; its limit of steps is that of a call."""
@@ -397,7 +412,12 @@ class Integrator:
             self._carry(self._carried, good.steps, mark)
             self._carried.follow(self.stepper.memory.data)
         if asked.status != OK:
-            raise self.failure(asked, good)
+            error = self.failure(asked, good)
+            if not (self._default and abs(self.h) > SHORTEST * abs(self._start.h)):
+                raise error
+            tell(StepWarning(f"{error}; from there steps are half as long", time=self.time))
+            self._anew(self.state, self.time, 0.5 * self.h)
+            return good.steps
         if watched is not None:
             self._tell(watched.look())
         return good.steps
@@ -485,7 +505,7 @@ class Integrator:
         self._done = restart.done
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("_start", "_first", "_method", "steps", "iterations")
+        kept = ("_start", "_first", "_method", "steps", "iterations", "_default")
         carried = self._carried
         tangents = None if carried is None else (carried.slopes, carried.memories)
         own = {"restart": self.restart, "tangents": tangents, "watched": self._watched is not None}
@@ -497,7 +517,7 @@ class Integrator:
         self._begin(state["_method"], start)
         self._restore(restart)
         self._start = state["_start"]
-        for name in ("_first", "steps", "iterations"):
+        for name in ("_first", "steps", "iterations", "_default"):
             setattr(self, name, state[name])
         self._watched = WatchedSteps(self) if state["watched"] else None
         if state["tangents"] is not None:

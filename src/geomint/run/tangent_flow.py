@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, finite
-from ..errors import DomainError, MethodError
+from ..errors import DomainError, MethodError, StepError
 from ..methods import Adaptive, Compose, Exact, Method, find_solver
 from ..methods.method import Start
 from ..methods.stepper import Stepper
@@ -61,8 +61,8 @@ def tangent_flow(
     ----------
     problem, y0, t_end, tau_end, method, step, t0
         As those of `geomint.solve`. The end is in the problem's own time: an end in another time
-        would move with the state. A default step is what `geomint.solve` begins with, and nothing
-        looks at what it errs by.
+        would move with the state. A default step is what `geomint.solve` begins with, or where such
+        a step fails, what it ends with; nothing looks at what it errs by.
     directions : array_like, shape (rows, k), optional
         One a column. Default: all unit vectors, so that the slopes are the matrix DΦ; with
         `parameters` none, so that all begin at the same state.
@@ -88,11 +88,10 @@ def tangent_flow(
     (6, 6)
     """
     chosen = find_solver(method, problem)
+    given: dict[str, Any] = {"t_end": t_end, "tau_end": tau_end, "t0": t0}
+    alone = {**given, "progress": False, "clock": None if tau_end is None else False}
     if isinstance(chosen, Adaptive):
-        run = solve(
-            problem, y0, t_end=t_end, tau_end=tau_end, method=chosen, step=step, t0=t0,
-            save_every=1, progress=False, clock=None if tau_end is None else False,
-        )  # fmt: skip
+        run = solve(problem, y0, method=chosen, step=step, save_every=1, **alone)
         step, method = abs(run.step), chosen.base
     _, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
     carried = CarriedDirections(stepper, *_directions(problem, directions, parameters))
@@ -101,10 +100,17 @@ def tangent_flow(
             carried.cut(t, after - t, i)
         return TangentFlow(carried.state, carried.slopes)
     assert timeline.steps is not None
-    carried.take(timeline.start, timeline.h, timeline.steps)
-    if timeline.remainder != 0.0:
-        last = timeline.start + timeline.h * timeline.steps
-        carried.cut(last, timeline.remainder, timeline.steps)
+    try:
+        carried.take(timeline.start, timeline.h, timeline.steps)
+        if timeline.remainder != 0.0:
+            last = timeline.start + timeline.h * timeline.steps
+            carried.cut(last, timeline.remainder, timeline.steps)
+    except StepError:
+        if step is not None:
+            raise
+        given["step"] = abs(solve(problem, y0, method=chosen, **alone).step)
+        also = {"directions": directions, "parameters": parameters}
+        return tangent_flow(problem, y0, method=chosen, **given, **also)
     return TangentFlow(carried.state, carried.slopes)
 
 

@@ -168,15 +168,13 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
 
 
 def _cut(turns: Array, signal: Any) -> Array:
-    """Return angles that may be on both sides of π, cut in the middle of their largest gap."""
-    around = np.sort(turns)
-    gaps = np.diff(np.append(around, around[0] + 2.0 * np.pi))
-    widest = int(np.argmax(gaps))
-    if not gaps[widest] > np.pi:
+    """Return angles that may be on both sides of π, but lie within half a turn."""
+    middle = np.angle(np.exp(1j * turns).sum())
+    beside = np.mod(turns - middle + np.pi, 2.0 * np.pi) - np.pi
+    if not np.ptp(beside) < np.pi:
         said = "samples close enough to tell by how much the angle has turned: not by any angle"
         raise DomainError("signal", signal, said)
-    cut = around[widest] + 0.5 * gaps[widest]
-    return cut - 2.0 * np.pi + np.mod(turns - cut, 2.0 * np.pi)
+    return middle + beside
 
 
 def times_power_of_two(z: Any, powers: Any) -> Any:
