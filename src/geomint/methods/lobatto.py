@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -20,15 +20,15 @@ from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
 from .gauss import predictor_columns, spread_columns, spread_vector
 from .lane_hamiltonian import lane_hamiltonian
-from .method import Method, Start, iteration_tolerance
-from .rattle import MAX_UNROLLED_CONSTRAINTS, MAX_UNROLLED_ROWS
+from .method import Start
+from .rattle import Rattle, unrolled_sizes
 from .stepper import Stepper
 
 __all__ = ["Lobatto"]
 
 
 @dataclass(frozen=True, repr=False)
-class Lobatto(Method):
+class Lobatto(Rattle):
     """RATTLE with 3 to 8 stages, order 4 to 14: the pair of Lobatto IIIA and IIIB.
 
     For any Hamiltonian H(t, q, p) with holonomic constraints g(q) = 0; `Rattle` is the pair with two
@@ -50,23 +50,15 @@ class Lobatto(Method):
     """
 
     stages: int = 8
-    _: KW_ONLY
-    iteration_tolerance: float = 0.0
-    max_iterations: int = 200
 
-    needs = "hamiltonian"
     family = "Lobatto IIIA–IIIB"
-    symmetric = True
-    symplectic = True
-    keeps = ("constraints",)
     references = (JAY_1996, HLW_2006.at("Section VII.1.4"))
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         stages = whole("stages", self.stages, 3, MAX_LOBATTO_STAGES)
         self._set(
             stages=stages,
-            iteration_tolerance=iteration_tolerance(self.iteration_tolerance),
-            max_iterations=whole("max_iterations", self.max_iterations, 1),
             name=f"lobatto-{stages}",
             order=2 * stages - 2,
             step_fraction=min(0.02 * 1.65 ** (stages - 2), 0.15),
@@ -76,10 +68,9 @@ class Lobatto(Method):
     def start(self, s: Start) -> Stepper:
         functions, n, m, scratch = lane_hamiltonian(s)
         clock = int(s.clock)
-        unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
         return s.stepper(
             s.y0,
-            kernel=lobatto_stepper(*unrolled),
+            kernel=lobatto_stepper(*unrolled_sizes(n, m)),
             functions=functions,
             coefficients=packed(
                 lobatto_coefficients(len(s.lengths)),

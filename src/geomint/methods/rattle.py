@@ -62,10 +62,9 @@ class Rattle(Method):
         memory = separable_rattle_memory if separable else rattle_memory
         work = separable_rattle_work if separable else rattle_work
         stepper = separable_rattle_stepper if separable else rattle_stepper
-        unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
         return s.stepper(
             s.y0,
-            kernel=stepper(*unrolled),
+            kernel=stepper(*unrolled_sizes(n, m)),
             functions=functions,
             coefficients=packed(
                 RATTLE,
@@ -79,3 +78,8 @@ class Rattle(Method):
             work=work(n, m, s.problem.work),
             evaluations=2,
         )
+
+
+def unrolled_sizes(n: int, m: int) -> tuple[int, int]:
+    """Return the length of q and the number of constraints for the compiler; (0, 0) where large."""
+    return (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)

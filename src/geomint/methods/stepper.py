@@ -401,13 +401,11 @@ class Stepper:
         self, result: Advance, y: Array, t0: float, h: float, first: int, before: int
     ) -> StepError:
         """Return the error of steps with derivatives, from y after step `first`; see `error`."""
-        alone = self.restarted(y, t0 + first * h, h)._alone()
-        taken = alone.advance(0, result.steps + 1, result.steps + 2, NOTHING).status == OK
-        alone.move(t0, h)
-        error = alone.error(result, first, before)
+        error = self.renewed(y, t0, h).error(result, first, before)
+        alone, steps = self.renewed(y, t0 + first * h, h), result.steps + 1
+        taken = alone.advance(0, steps, steps + 1, NOTHING)[0] == OK
         if taken and isinstance(error, NonFiniteError):
-            numbers = error.t, error.step, error.residual, error.iterations
-            error = NonFiniteError(*numbers, NO_SLOPES)
+            error = NonFiniteError(error.t, error.step, error.residual, error.iterations, NO_SLOPES)
         return error
 
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
@@ -424,8 +422,7 @@ class Stepper:
             return RankError(*numbers, hint)
         kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
         hint = f"h = {self.h:.6g} is probably too large for this method and state"
-        if kind is NonFiniteError:
-            short = self.restarted(self.state, t, SHORT * self.h)._alone()
-            if short.advance(0, 1, 2, NOTHING).status == NOT_FINITE:
-                hint = NO_RATES + EARLIER * (before + step > 0)
+        short = self.renewed(self.state, t, SHORT * self.h)
+        if kind is NonFiniteError and short.advance(0, 1, 2, NOTHING)[0] == NOT_FINITE:
+            hint = NO_RATES + EARLIER * (before + step > 0)
         return kind(*numbers, hint)

@@ -25,12 +25,9 @@ def checked_with(
     """
     content, flawed = looked
     flaws += _representation(model, content)
-    if content.integrate.method == AUTO and not flaws:
-        method = _chosen_method(model, content, flaws)
-    given, problems = content.integrate.model_fields_set, list(model.problems.values())
-    if not ("method" in given or any(problem.field for problem in problems)):
-        fitting = find_solver(None, problems[0]).with_options
-        method = flaws.asked("[integrate] ", partial(fitting, **content.integrate.options))
+    free = content.integrate.method == AUTO or "method" not in content.integrate.model_fields_set
+    if free and not flaws:
+        method = _chosen_method(model, content, flaws) or method
     flaws += _quantities(model, content)
     if not flawed & {"observe", "drift"}:
         flaws += _observation(model, content)
@@ -41,14 +38,18 @@ def checked_with(
 
 
 def _chosen_method(model: Model, content: Content, flaws: Flaws) -> Method | None:
-    """Return the method that the tolerance, and the representation that is meant, choose."""
-    name = content.integrate.representation
-    problem = model.problems.get(str(name)) or next(iter(model.problems.values()))
-    found = flaws.asked("[integrate] ", auto_method, problem, content.integrate.tolerance)
-    options = content.integrate.options
-    if found is None or not options:
-        return None if found is None else found[0]
-    return flaws.asked("[integrate] ", partial(found[0].with_options, **options))
+    """Return the method that the tolerance, and the representation that is meant, choose.
+
+    Where none is named, that which fits, if no representation has a field.
+    """
+    asked, problems = content.integrate, model.problems
+    problem = problems.get(str(asked.representation)) or next(iter(problems.values()))
+    found = None
+    if asked.method == AUTO:
+        found, _ = flaws.asked("[integrate] ", auto_method, problem, asked.tolerance) or (None, "")
+    elif not any(other.field for other in problems.values()):
+        found = find_solver(None, problem)
+    return found and flaws.asked("[integrate] ", partial(found.with_options, **asked.options))
 
 
 def _representation(model: Model, content: Content) -> Iterator[str]:

@@ -157,7 +157,7 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     if np.abs(turns).max() > NEAR_HALF:
         turns = _cut(turns, signal)
     found = birkhoff_average(turns)
-    turn = float(np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi)
+    turn = in_a_turn(found.value)
     if abs(turn) >= HALF:
         said = "samples close enough to tell which way the angle turns: not half a turn apart"
         raise DomainError("signal", signal, said)
@@ -170,11 +170,16 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
 def _cut(turns: Array, signal: Any) -> Array:
     """Return angles that may be on both sides of π, but lie within half a turn."""
     middle = np.angle(np.exp(1j * turns).sum())
-    beside = np.mod(turns - middle + np.pi, 2.0 * np.pi) - np.pi
+    beside = in_a_turn(turns - middle)
     if not np.ptp(beside) < np.pi:
         said = "samples close enough to tell by how much the angle has turned: not by any angle"
         raise DomainError("signal", signal, said)
     return middle + beside
+
+
+def in_a_turn(angles: Any) -> Any:
+    """Return angles from −π to π."""
+    return (angles + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def times_power_of_two(z: Any, powers: Any) -> Any:

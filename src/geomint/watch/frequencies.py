@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from ..arguments import as_array, positive, whole
 from ..errors import DomainError
-from .birkhoff import times_power_of_two
+from .birkhoff import in_a_turn, times_power_of_two
 
 Array = npt.NDArray[Any]
 FEWEST = 16  # samples
@@ -73,8 +73,6 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     terms = whole("terms", terms, 1, len(z))
     power = int(np.frexp(np.maximum(np.abs(z.real), np.abs(z.imag)).max())[1])
     z = times_power_of_two(z, -power)
-    size = float(np.max(np.abs(z))) or 1.0
-    z = z / size
     times = np.arange(len(z)) - 0.5 * (len(z) - 1)  # symmetric, in steps
     window = _window(len(z), order)
     found: list[float] = []
@@ -83,22 +81,17 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     while len(found) < terms:
         phases = len(z) * float(np.abs(amplitudes * found).sum())
         nu = _largest(rest, times, window, ROUNDING * (1.0 + phases))
-        if nu is None or any(abs(_in_a_turn(nu - other)) < near for other in found):
+        if nu is None or any(abs(in_a_turn(nu - other)) < near for other in found):
             break
         found.append(nu)
         basis = np.exp(1j * np.outer(times, found))
         weights = np.sqrt(window)[:, None]
         amplitudes, *_ = np.linalg.lstsq(weights * basis, weights[:, 0] * z, rcond=None)
         rest = z - basis @ amplitudes
-    turned = size * amplitudes * np.exp(1j * np.array(found) * times[0])
+    turned = amplitudes * np.exp(1j * np.array(found) * times[0])
     told = times_power_of_two(turned, power)
     largest_first = np.argsort(-np.abs(amplitudes), kind="stable")
     return [Term(found[k] / step, complex(told[k])) for k in largest_first]
-
-
-def _in_a_turn(angle: float) -> float:
-    """Return an angle from −π to π."""
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def _window(count: int, order: int) -> Array:
@@ -123,8 +116,8 @@ def _largest(z: Array, times: Array, window: Array, rounding: float) -> float | 
 
     low, high = (top - 1) * width, (top + 1) * width
     if not slope(low) > 0.0 > slope(high):  # a plateau
-        return _in_a_turn(top * width)
+        return float(in_a_turn(top * width))
     from scipy.optimize import brentq  # half a second, which scans for other readings need not wait
 
     nu = float(brentq(slope, low, high, xtol=1e-18, rtol=8.9e-16))  # type: ignore[no-untyped-call]
-    return _in_a_turn(nu)
+    return float(in_a_turn(nu))
