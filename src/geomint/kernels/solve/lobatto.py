@@ -116,8 +116,7 @@ def lobatto_step(
     K, L, lam = lane_rows(kept.K, n), lane_rows(kept.L, n), lane_rows(kept.lam, m)
     lanes = as_lanes(work, 0, len(work) // 8)
     own = sections(lanes, lobatto_work(n, m, REST))
-    Q, P, dq, dp, trial, pushes, three, G, response, matrix, g, scratch = own
-    lack = part(three, 0, n)
+    Q, P, dq, dp, trial, pushes, _, G, response, matrix, g, scratch = own
     zero = 0.0 * c
     one = zero + 1.0
     times = zero + t + c * h
@@ -167,9 +166,7 @@ def lobatto_step(
             q_inverse = inverse_size(max(top(larger(q, q, n)), top(larger(K, K, n))))
             p_inverse = inverse_size(max(top(larger(p, p, n)), top(larger(L, L, n))))
         worst = 0.0 * plain(c)
-        for i in range(n):
-            lack[i] = along(n, m, i, response, g)
-        near = near_loss(m, matrix) if coarse else near
+        near = near_loss(m, matrix) if coarse and iteration < 2 else near
         if near:
             push_along_normals(impulses, -inverse_h, L, weights, coarse, lam, own, n, m)
         else:
@@ -178,9 +175,10 @@ def lobatto_step(
         for i in range(n):
             push = weights * dq[i]
             L[i] = along(n, m, i, G, lam) - push
-            new = trial[i] - lack[i]
+            lack = along(n, m, i, response, g)
+            new = trial[i] - lack
             worst = maximum(abs(plain(new) - plain(Q[i])) * q_inverse, worst)
-            worst = maximum(abs(plain(lack[i])) * q_inverse, worst)
+            worst = maximum(abs(plain(lack)) * q_inverse, worst)
             worst = maximum(abs(plain(push) - plain(pushes[i])) * p_inverse, worst)
             Q[i] = new
             P[i] = p[i] + combine(nu, L[i], zero + carry_p[i])
@@ -214,20 +212,20 @@ def push_along_normals(
     a force that is smooth. For the same reason multipliers begin with what L holds along the normals,
     not with those of the last step.
     """
-    lack, aim, hold = part(own.three, 0, n), part(own.three, n, n), part(own.three, 2 * n, n)
+    aim, hold, by = part(own.three, 0, n), part(own.three, n, n), part(own.three, 2 * n, m)
     zero = 0.0 * weights
     for i in range(n):
-        aim[i] = per * combine(impulses, lack[i], zero)
+        aim[i] = per * combine(impulses, along(n, m, i, own.response, own.g), zero)
         hold[i] = L[i] + weights * own.dp0[i]
     for a in range(m):
-        own.g[a] = across(n, a, own.G1, aim)
+        by[a] = across(n, a, own.G1, aim)
         if coarse:
-            own.g[a] = own.g[a] + across(n, a, own.response, hold)
+            by[a] = by[a] + across(n, a, own.response, hold)
             lam[a] = zero
     contract(n, m, own.G1, own.response, own.matrix)
-    solve_small(m, own.matrix, own.g)
+    solve_small(m, own.matrix, by)
     for a in range(m):
-        lam[a] = lam[a] + own.g[a]
+        lam[a] = lam[a] + by[a]
 
 
 @helper
