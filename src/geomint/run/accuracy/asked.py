@@ -61,7 +61,7 @@ def choose_for(
     state = problem.canonical(y0)
     begin, end, own = ending(problem, asked["t_end"], asked["tau_end"], t0)
     if begin == end:
-        return Setting.default(chosen)
+        return Setting.default(chosen, problem)
     clock, compiled = asked["clock"], switch("compiled", asked["compiled"])
     by_clock = problem.time == "tau" and (not own or asked["t_eval"] is not None)
     with_clock = problem.clock is not None if clock is None else clock is True
