@@ -7,6 +7,7 @@ arrays of 4096 numbers. Writes ``results/elementary.json`` and ``docs/images/ele
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import time
@@ -158,6 +159,10 @@ def measured(name: str, axes: Any) -> dict[str, float]:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "benchmarks" / "results")
+    parser.add_argument("--images", type=Path, default=ROOT / "docs" / "images")
+    given = parser.parse_args()
     figure, axes = plt.subplots(2, 3, figsize=(11, 5.6), layout="constrained", sharey=True)
     names = ("exp", "log", "pow", "tan", "tanh", "atan2")
     with np.errstate(all="ignore"):
@@ -165,11 +170,9 @@ def main() -> None:
     for part in axes[:, 0]:
         part.set_ylabel("error (units in the last place)")
     axes[0, 0].legend(loc="upper center", fontsize="small")
-    figure.savefig(ROOT / "docs" / "images" / "elementary-functions.png", dpi=110)
+    figure.savefig(given.images / "elementary-functions.png", dpi=110)
     record = {"machine": describe(["geomint", "numba", "numpy"]), "samples": SAMPLES, "rows": rows}
-    (ROOT / "benchmarks" / "results" / "elementary.json").write_text(
-        json.dumps(record, indent=1) + "\n", "utf-8"
-    )
+    (given.out / "elementary.json").write_text(json.dumps(record, indent=1) + "\n", "utf-8")
     for name, row in rows.items():
         print(name, *(f"{key} {value:.3g}" for key, value in row.items()))
 

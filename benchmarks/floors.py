@@ -34,6 +34,7 @@ from typing import Any, NamedTuple
 
 import platformdirs
 
+import geomint as gi
 from machine import describe
 
 BEFORE = "16dabd600b4aba2abf1bce0d5a49bb5255f76a8e"  # before-redesign
@@ -251,6 +252,51 @@ def local(what: str) -> Found:
     return Found(far[worst], f"{worst}: {found['medians'][worst]:.3g}")
 
 
+def elementary() -> Found:
+    """Return the largest error of an elementary function, in units in the last place."""
+    errors = {k: row["largest_error"] for k, row in results("elementary.py")["rows"].items()}
+    return Found(max(errors.values()), ", ".join(f"{k} {v:.2f}" for k, v in errors.items()))
+
+
+def multiple_roots() -> Found:
+    """Return by how much events of h, h³, h⁵ and h⁹ of a falling body are misplaced, in seconds."""
+
+    def power(k: int) -> Any:
+        @gi.event
+        def event(params, t, y, work):  # type: ignore[no-untyped-def]
+            value = y[0]
+            for _ in range(k - 1):
+                value = value * y[0]
+            return value
+
+        return event
+
+    @gi.field
+    def fall(params, t, y, out, work):  # type: ignore[no-untyped-def]
+        out[0] = y[1]
+        out[1] = -9.8 + 0.0 * y[1]
+
+    body = gi.Problem("fall", pieces=(("h", 1), ("v", 1)), field=fall)
+    events, off = {str(k): power(k) for k in (1, 3, 5, 9)}, {}
+    for method in ("gauss-8", "rk-4", "dop853-adaptive"):
+        sol = gi.solve(body, [50.0, 0.0], t_end=5.0, method=method, events=events)
+        off[method] = max(abs(met.t[0] - (100 / 9.8) ** 0.5) for met in sol.events.values())
+    return Found(max(off.values()), ", ".join(f"{k} {v:.1e}" for k, v in off.items()))
+
+
+def long_steps_checked() -> Found:
+    """Return the seconds of the slowest `geomint check` of a step that is far too long."""
+    seconds = {}
+    for scene in ("ball-3d", "hamiltonized-n5", "ball-on-group-n4", "veselova-stiefel-n4"):
+        for method in ("gauss-1", "gauss-16"):
+            command = ["check", scene, "--method", method, "--step", "1e6"]
+            begun = time.perf_counter()
+            subprocess.run([sys.executable, "-m", "geomint", *command], capture_output=True)
+            seconds[f"{scene} by {method}"] = time.perf_counter() - begun
+    worst = max(seconds, key=lambda name: seconds[name])
+    return Found(seconds[worst], worst)
+
+
 FLOORS: dict[str, dict[str, Floor]] = {
     "ground": {
         "solve": Floor(0.5, lambda: call("solve")),
@@ -275,6 +321,14 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "cold-drift": Floor(1.05, cold_drift),
         "lines": Floor(45_077, lambda: weight("src", "lines")),
         "tokens": Floor(451_955, lambda: weight("src", "tokens")),
+        "kept": Floor(0, kept_runs),
+    },
+    "small": {
+        "elementary": Floor(1.0, elementary),
+        "roots": Floor(1e-13, multiple_roots),
+        "check": Floor(2.0, long_steps_checked),
+        "lines": Floor(44_501, lambda: weight("src", "lines")),
+        "tokens": Floor(451_295, lambda: weight("src", "tokens")),
         "kept": Floor(0, kept_runs),
     },
     "calls": {
