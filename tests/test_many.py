@@ -2,6 +2,7 @@
 
 from functools import partial
 
+import numpy as np
 import pytest
 
 import geomint as gi
@@ -48,7 +49,7 @@ def test_errors_are_outcomes():
     assert (outcome.status, outcome.message) == ("failed", outcome.solution.message)
     with pytest.raises(gi.ConvergenceError):
         outcome.result()
-    outcome = attempt(partial(SOLVE, t_end=-0.0))
+    outcome = attempt(partial(SOLVE, t_end=np.nan))
     assert (outcome.status, outcome.solution) == ("failed", None)
     assert outcome.message.startswith("DomainError: ")
     with pytest.raises(ZeroDivisionError):  # no typed error: a defect

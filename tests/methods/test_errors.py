@@ -386,7 +386,6 @@ def test_what_is_advised_fits() -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        {"t_end": 0.0},
         {"t_end": math.nan},
         {"t_end": math.inf},
         {"t_end": "1"},

@@ -103,7 +103,7 @@ def _point(
         ready.run()
         runs, enough = timed_runs(repeats)
         seconds: list[float] = []
-        while len(seconds) < runs and sum(seconds) < enough:
+        while not seconds or (len(seconds) < runs and sum(seconds) < enough):
             found, last = _timed(ready)
             seconds.append(last)
     except Exception as error:  # whatever another package raises

@@ -109,6 +109,8 @@ def lyapunov(
         chosen *= sizes_of_pieces(problem, state)[:, None]  # random ones, in units of the pieces
         carried = Carried(problem, stepper, state, timeline.start, chosen)
     assert timeline.steps is not None
+    if timeline.steps == 0 and timeline.remainder == 0.0:
+        raise DomainError("t_end", t_end, "an end that is not the beginning: exponents are rates")
     span = abs(timeline.h)
     with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
         rate_at = rates_of(problem, state)

@@ -186,7 +186,7 @@ def lobatto_step(
         delta = top(worst)
         if not finite(delta):
             return failure(iteration), iteration + 1, delta
-        rounding = rounding_left(delta, c) | (near & (delta <= NEWTON_ROUNDING))
+        rounding = rounding_left(delta, c) or (near and delta <= NEWTON_ROUNDING)
         done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         held = held + 1.0 if done or held > 0.0 else held
         if held > settle:

@@ -187,9 +187,7 @@ def rattle_step(
     settle = like(FOLLOW if slope_count(q[0]) > 0 else 0.0, still)
     q_inverse = still
     p_inverse = still
-    near = (
-        False  # to where multipliers are rounded to what moves p: along normals, for its projection
-    )
+    near = False  # to where roundings of multipliers move p: along normals, for its projection
     for iteration in range(cap):
         if iteration > 0:
             gradients(params, t0, q, P, dq0, dp0, scratch)
@@ -226,7 +224,7 @@ def rattle_step(
         worst = top(delta)
         if not finite(worst):
             return failure(iteration), iteration + 1, worst
-        rounding = rounding_left(delta, still) | (near & (delta <= NEWTON_ROUNDING))
+        rounding = rounding_left(delta, still) | (delta <= (NEWTON_ROUNDING if near else -1.0))
         done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         held = select(done | (held > 0.0), held + 1.0, held)
         going = select(held > settle, still, going)

@@ -44,9 +44,10 @@ class Rotations(Orthonormal):
         return {"orthogonality": frame_orthogonality(self.n, first)}
 
     def point(self, value: Any) -> Array:
-        """Return a rotation as n·n numbers; the identity for None. It is repaired, not projected."""
+        """Return a rotation as n·n numbers; the identity for none. It is repaired, not projected."""
         n = self.n
-        given = np.eye(n).reshape(-1) if value is None else as_vector(self.name, value, n * n)
+        none = value is None or value is ...
+        given = np.eye(n).reshape(-1) if none else as_vector(self.name, value, n * n)
         return self.admit(given)
 
     def admit(self, y: Array) -> Array:

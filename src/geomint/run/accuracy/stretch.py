@@ -24,7 +24,7 @@ from ...problems.problem import Problem
 from ..local_error import COARSE, FINE
 
 SAMPLES = 16  # meetings of a stretch, at most twice as many
-LONGEST = 2.0**14  # of a trial, in coarse steps: it is one call, for whose end Ctrl-C waits
+LONGEST = 2.0**17  # of a trial, in coarse steps: it is one call, for whose end Ctrl-C waits
 ROUNDINGS = 1e-12  # of a length
 LARGEST = 0.1  # relative: what differs by more says nothing
 FITTED = 0.25  # of the time of a stretch: errors from there on count
