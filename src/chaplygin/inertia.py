@@ -13,21 +13,6 @@ from geomint.arguments import as_array, whole
 
 from .manifold import Array, Named, flat_triangle, skew_matrix, triangle_rows
 
-__all__ = [
-    "GeneralInertia",
-    "Inertia",
-    "SpecialInertia",
-    "angular_momentum",
-    "inertia_tensor",
-    "operator_of",
-    "operator_parameters",
-    "parameters_of",
-    "positive_number",
-    "positive_vector",
-    "product_factors",
-    "scale_of",
-]
-
 LARGEST = 1000  # dimension: states with attitude have 3n²/2 numbers
 LARGEST_OF_MATRICES = 100  # of a general operator, which has some n⁴/4
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error

@@ -20,8 +20,6 @@ from .manifold import (
     wedge,
 )
 
-__all__ = ["given_tangent", "initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
-
 TANGENT = ("p", "p_tilde")
 KEYS = (*TANGENT, "k", "omega")
 FITTING = {  # which other system takes what this one refuses

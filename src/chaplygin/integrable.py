@@ -27,17 +27,6 @@ from geomint import section, sqrt
 from .commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from .manifold import Array, Named
 
-__all__ = [
-    "equal_groups",
-    "factors",
-    "inner",
-    "physical_scale",
-    "separation_integral",
-    "special_parameters",
-    "special_rows",
-    "weighted",
-]
-
 Special = namedtuple("Special", "D b a splitting tables")
 
 ALL_SHOWN = 3  # equal parameters up to which every pair has its integral

@@ -41,15 +41,6 @@ from ..inertia import Inertia, SpecialInertia
 from ..integrable import inner, weighted
 from ..manifold import Array
 
-__all__ = [
-    "GENERAL",
-    "about_vertical",
-    "apply_to_gamma",
-    "log_density_after",
-    "omega_for",
-    "omega_work",
-]
-
 Operator = namedtuple("Operator", "D a b C")
 GENERAL = Operator(D=1, a=0, b=0, C=gi.REST)  # the layout of the parameters; see `special_rows`
 

@@ -25,8 +25,6 @@ from .path import carried_path
 from .rolling_states import initial_attitude
 from .sphere import ChaplyginSphere
 
-__all__ = ["Ball"]
-
 UNITS = {
     "t": "s",
     "k": "kg m²/s",

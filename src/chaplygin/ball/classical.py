@@ -32,8 +32,6 @@ from ..manifold import Array, Arrays, Named, skew_components, triangle_of_vector
 from .path import integrated_path
 from .rolling_states import own_attitude
 
-__all__ = ["classical_problem"]
-
 # D; diagonals of B and W, and what is beside them; what else a problem has
 Classical = namedtuple("Classical", "D B W B_rest W_rest own")
 DIAGONAL = Classical(D=1, B=3, W=3, B_rest=0, W_rest=0, own=gi.REST)

@@ -34,8 +34,6 @@ from .rolling_states import (
     rolling_scale,
 )
 
-__all__ = ["contact_problem"]
-
 
 @functools.cache
 def contact_forms(omega: Any, n: int, rows: Any) -> Named:

@@ -29,8 +29,6 @@ from ..manifold import Array, Arrays
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 from .path import integrated_path
 
-__all__ = ["hamiltonized_problem"]
-
 
 @gi.field
 def hamiltonized_field(params, t, y, out, work):

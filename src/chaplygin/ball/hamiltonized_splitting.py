@@ -33,8 +33,6 @@ from ..inertia import SpecialInertia
 from ..integrable import special_rows
 from ..manifold import Array
 
-__all__ = ["dilation_coefficients", "hamiltonized_splitting", "splitting_parameters"]
-
 Parts = namedtuple("Parts", "kappa part rho mu")
 
 # Up to this |s| the series of `geomint.turn_coefficients` at −s² are exact to rounding.

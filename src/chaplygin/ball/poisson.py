@@ -37,8 +37,6 @@ from .classical import (
 )
 from .path import integrated_path
 
-__all__ = ["poisson_problem", "poisson_tensor"]
-
 
 @functools.cache
 def poisson_forms(full: bool) -> Named:

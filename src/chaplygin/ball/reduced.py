@@ -37,8 +37,6 @@ from .angular_velocity import log_density_after, omega_for, omega_work, wedge_su
 from .fields import BallForms, turn_vectors, turning_forms
 from .path import integrated_path
 
-__all__ = ["reduced_problem"]
-
 
 @gi.field
 def reduced_field(params, t, y, out, work):

@@ -52,8 +52,6 @@ from .rolling_states import (
     rolling_velocity,
 )
 
-__all__ = ["rolling_problem"]
-
 
 @functools.cache
 def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:

@@ -66,20 +66,6 @@ from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem, normal_squared
 from ..veselova.body import Veselova, veselova_factors
 
-__all__ = [
-    "Correspondence",
-    "chaplygin_change",
-    "fedorov_ball",
-    "fedorov_body",
-    "fedorov_constants",
-    "fedorov_state",
-    "gauss_map",
-    "hamiltonization",
-    "to_clebsch",
-    "to_neumann",
-]
-
-
 SPACING = 2.0**-10  # of the differences of order 8: their error is below 1e-13 for smooth maps
 # Weights of f(x + kh) − f(x − kh), k = 1 … 4, in the derivative of order 8.
 WEIGHTS = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)

@@ -19,17 +19,6 @@ from .elimination import determinant
 from .functions import phases, state_at
 from .packing import torus_rows, torus_sizes
 
-__all__ = [
-    "at_time",
-    "clock_rows",
-    "clock_work",
-    "product_integral",
-    "product_rows",
-    "tau_at",
-    "time_at",
-    "wave_rows",
-]
-
 Clock = namedtuple("Clock", "mean period fastest regular resonant offset bounds waves")
 Wave = namedtuple("Wave", "m rate re im first")
 Product = namedtuple("Product", "size bound counts tables")

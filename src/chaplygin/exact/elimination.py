@@ -3,8 +3,6 @@
 import geomint as gi
 from geomint import part
 
-__all__ = ["determinant", "solve_in_place"]
-
 
 @gi.helper
 def to_triangle(size, matrix, x):

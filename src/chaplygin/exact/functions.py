@@ -22,8 +22,6 @@ from ..operators import after
 from .inversion import solve_theta, whole_nearest
 from .packing import torus_rows, torus_sizes
 
-__all__ = ["at_angles", "at_tau", "phases", "state_rows", "state_work"]
-
 
 def state_work(ovals: int, angles: int) -> int:
     """Rows of scratch that the functions of this module need."""

@@ -11,8 +11,6 @@ from geomint import part, section
 from .elimination import solve_in_place
 from .packing import torus_rows, torus_sizes
 
-__all__ = ["shift_sums", "solve_theta", "whole_nearest"]
-
 NEWTON, MOST_STRETCHES = 12, 400
 TOO_FAR = 1e3  # a step longer than that, or NaN, leads nowhere
 QUADRATIC = 1e-10  # after a step below this nothing is left

@@ -16,8 +16,6 @@ from .branch_points import Separation
 from .symmetry import ReducedAxes
 from .torus import Torus
 
-__all__ = ["HEAD", "evaluated", "packed_torus", "start_at", "torus_rows", "torus_sizes"]
-
 # Sizes: ovals d, angles d + pairs, axes q, rows n of γ, numbers of the series; three numbers; sections.
 Parts = namedtuple(
     "Parts",

@@ -21,8 +21,6 @@ import numpy as np
 
 from ..manifold import Array, length
 
-__all__ = ["TINY", "ReducedAxes", "power_of_two", "reduced_axes"]
-
 PARALLEL = 4.0 * 2.0**-52  # roundings of the angle of γ_G and p̃_G with which they count as parallel
 TINY = 1e-300
 

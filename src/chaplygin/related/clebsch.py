@@ -35,8 +35,6 @@ from ..integrable import inner, weighted
 from ..literature import CLEBSCH, NEUMANN
 from ..manifold import Array, Named, triangle_rows
 
-__all__ = ["clebsch_problem", "neumann_problem"]
-
 Clebsch = namedtuple("Clebsch", "sigma d c tables")
 
 

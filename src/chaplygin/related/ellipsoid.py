@@ -39,9 +39,6 @@ from ..integrable import inner, weighted
 from ..literature import ELLIPSOID
 from ..manifold import SILENT, Array, Arrays, Named, length, repaired, warn
 
-__all__ = ["ellipsoid_problem", "normal_squared"]
-
-
 Parts = namedtuple("Parts", "b tables")
 
 

@@ -52,8 +52,6 @@ from ..veselova.bound_velocity import (
 )
 from ..veselova.stiefel_states import allowed_part, bound_solution, initial_bound, only_allowed
 
-__all__ = ["rubber_rolling_problem"]
-
 Rubber = namedtuple("Rubber", "bound rho m inertia")
 
 

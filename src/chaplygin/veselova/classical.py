@@ -36,8 +36,6 @@ from ..literature import VESELOVA
 from ..manifold import Array, Named, skew_components, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
-__all__ = ["LEVEL", "veselova_classical_problem"]
-
 Level = namedtuple("Level", "B f1")
 LEVEL = Level(B=3, f1=1)  # the layout of the parameters: 1/𝓘_i and f₁
 

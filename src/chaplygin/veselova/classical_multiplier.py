@@ -24,8 +24,6 @@ from ..literature import VESELOVA
 from ..manifold import Array
 from .classical import LEVEL, veselova_classical_problem
 
-__all__ = ["veselova_multiplier_problem"]
-
 SPACE = gi.Sphere(3) * gi.Euclidean(3, "w")
 
 

@@ -28,8 +28,6 @@ from ..literature import VESELOVA
 from ..manifold import Array, Arrays
 from .initial_states import veselova_tangent
 
-__all__ = ["veselova_hamiltonized_problem"]
-
 
 @gi.field
 def geodesic_field(params, t, y, out, work):

@@ -7,8 +7,6 @@ import geomint as gi
 from ..initial_states import TANGENT, given_tangent, one_of, tangent_of_momentum
 from ..manifold import SILENT, Array, length, repaired, skew_components, warn
 
-__all__ = ["KEYS", "admit_on_level", "on_level", "veselova_tangent"]
-
 KEYS = (*TANGENT, "k", "w")
 
 

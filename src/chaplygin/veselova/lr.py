@@ -38,8 +38,6 @@ from .bound_velocity import BOUND, bound_parameters, bound_velocity, bound_work,
 from .stiefel import frame_count
 from .stiefel_states import allowed_part, bound_solution, only_allowed
 
-__all__ = ["lr_problem"]
-
 SHOWN = 6  # multipliers up to which each is an observable of its own
 
 

@@ -32,8 +32,6 @@ from ..literature import VESELOVA
 from ..manifold import Array
 from .initial_states import veselova_tangent
 
-__all__ = ["veselova_reduced_problem"]
-
 
 @gi.field
 def veselova_field(params, t, y, out, work):

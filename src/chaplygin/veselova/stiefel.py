@@ -35,8 +35,6 @@ from ..operators import in_two
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel_states import allowed_part, initial_stiefel
 
-__all__ = ["stiefel_problem"]
-
 
 @functools.cache
 def stiefel_forms(full: bool, n: int, r: int) -> tuple[BallForms, Any]:

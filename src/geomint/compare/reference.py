@@ -32,8 +32,6 @@ from ..tableaux import gauss_legendre
 from .confirmation import confirm, named
 from .reference_record import RESOLUTION, Reference, place_of, stored
 
-__all__ = ["Reference", "integrate_extended", "reference_solution"]
-
 STAGES = 12
 METHOD = f"gauss-{STAGES}, double-double"
 MAX_ITERATIONS = 200

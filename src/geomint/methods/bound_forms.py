@@ -21,17 +21,6 @@ from ..problems.quadrature import field_beside, generator_beside, group_beside
 from .binding import no_clock
 from .method import Start
 
-__all__ = [
-    "action_of",
-    "field_of",
-    "group_sizes",
-    "hamiltonian_of",
-    "maps_of",
-    "piece_numbers",
-    "splitting_of",
-    "unrolled",
-]
-
 MAX_UNROLLED_ROWS = 8  # beyond, a compilation for each size costs more than it saves
 
 

@@ -21,8 +21,6 @@ from .gauss_newton import check_derivatives, newton_kernel
 from .method import Method, Start, iteration_tolerance
 from .stepper import Between, Kernel, Stepper, filled_block
 
-__all__ = ["Gauss"]
-
 MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit step
 ITERATIONS = ("auto", "fixed-point", "newton")
 PATIENCE = 3  # a part of the iterations after which a step is looked at
@@ -200,12 +198,14 @@ def lane_positions(stages: int, width: int) -> list[int]:
 
 
 def spread_vector(values: Array, at: list[int], width: int) -> Array:
+    """Return values at their lanes, zeros elsewhere."""
     result = np.zeros(width)
     result[at] = values
     return result
 
 
 def spread_columns(matrix: Array, at: list[int], width: int) -> Array:
+    """Return a matrix by columns, its rows and columns at their lanes, zeros elsewhere."""
     result = np.zeros((width, width))
     result[np.ix_(at, at)] = matrix
     return result.T.ravel()

@@ -24,8 +24,6 @@ from .method import Start
 from .rattle import Rattle, unrolled_sizes
 from .stepper import Stepper
 
-__all__ = ["Lobatto"]
-
 
 @dataclass(frozen=True, repr=False)
 class Lobatto(Rattle):

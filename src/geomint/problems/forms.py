@@ -10,8 +10,6 @@ from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded, observable
 from ..kernels.compiling.sending import Sendable
 
-__all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting"]
-
 FORMS = ("field", "action", "hamiltonian", "splitting")
 _OPTIONAL_MAPS = ("cayley", "dexpinv", "dcayinv", "extent")
 

@@ -12,8 +12,6 @@ from .evaluate import Rate, derivative
 from .problem import Problem
 from .spaces.repair import length
 
-__all__ = ["characteristic_time", "jacobian", "turning_time"]
-
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 FAR = 6.0  # times as long as rates need to turn around: not the time of the motion
 SPACING = 1e-6  # of the differences that give the linearised motion, relative

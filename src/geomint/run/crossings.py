@@ -22,8 +22,6 @@ from .events import Event, component_at, looked_at
 from .met import Met
 from .restart import Restart
 
-__all__ = ["Crossings", "Met", "Stop"]
-
 ROOM = 1 << 18  # numbers of events a call
 SEEN = 1e-9  # of a step: nearer to the end of a run one event may be what was told last
 _NOTHING = scalar_block(0)

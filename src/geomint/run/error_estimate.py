@@ -21,8 +21,6 @@ from ..methods.method import Method
 from .restart import Restart
 from .solution import Solution
 
-__all__ = ["check_estimate", "error_estimate"]
-
 FINER = 16.0  # times smaller tolerances
 
 

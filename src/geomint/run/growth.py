@@ -21,11 +21,6 @@ from .local_error import EndError, Ranked
 from .promise import FEW, advice, rough_error
 from .solution import Solution
 
-__all__ = [
-    *("end_error", "end_time", "estimated", "final", "hopeless", "may_grow", "met", "second_end"),
-    *("off_at_end", "sizes_of", "tell_end_error"),
-]
-
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
 BIAS = 0.1  # of what iterations may leave: what a step is off by, on the same side

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from ..plots.view import View
     from .solution import Solution
 
-__all__ = ["Pictures", "curves_of", "heading_of", "time_label"]
-
 MOST_PANELS = 8  # over time
 MOST_COLUMNS = 9  # in a panel: those of a rotation of R³
 COMPONENT = re.compile(r"(.+?)\[(\d+)\]")

@@ -20,11 +20,6 @@ from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import DOUBT, SURE, LocalError, Ranked, promised
 from .solution import Solution
 
-__all__ = [
-    *("AIM", "FEW", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN"),
-    *("Setting", "advice", "rough_error"),
-]
-
 AT_END = 1e-9
 ENOUGH = 3.0  # times: of the end, where sums are better known; of steps, where few err, and most
 AIM = 0.3  # of what is promised

@@ -17,15 +17,6 @@ from ..errors import DIGITS, quoted
 from ..methods.method import Method
 from .result import Result
 
-__all__ = [
-    "environment",
-    "finite_json",
-    "json_text",
-    "method_record",
-    "run_provenance",
-    "run_record",
-]
-
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "matplotlib")
 
 

@@ -15,11 +15,6 @@ from .local_error import Ranked, promised
 from .solution import Solution
 from .timeline import Timeline
 
-__all__ = [
-    *("integral_off", "may_lose", "tell_long_steps", "tell_lost", "tell_lost_integrals"),
-    "tell_short_run",
-]
-
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
 LOST = 1e-2  # of the scale of an integral: what is off by more at the end is not the motion

@@ -13,20 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..run.accuracy.auto import AUTO
 
-__all__ = [
-    "CompareSection",
-    "Content",
-    "DriftSection",
-    "EnsembleSection",
-    "EventSection",
-    "IntegrateSection",
-    "ObserveSection",
-    "SaveSection",
-    "SectionSection",
-    "SystemSection",
-    "TimeSection",
-]
-
 Raw = Mapping[str, Any]  # a scene, or a section of one, as it was given
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]

@@ -9,8 +9,6 @@ from ..tableaux import RUNGE_KUTTA, gauss_legendre
 from .solver import FixedStep
 from .steps import explicit, gauss
 
-__all__ = ["DOP853", "GAUSS1", "GAUSS2", "GAUSS4", "GAUSS6", "GAUSS8", "RK4"]
-
 
 class _Gauss(FixedStep):
     stages: int

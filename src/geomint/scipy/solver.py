@@ -12,8 +12,6 @@ from ..errors import ConvergenceError, DomainError, SpeedWarning, tell
 from .step_choice import Watched, chosen_step, tolerances
 from .steps import ITERATIONS, NOT_FINITE, OK, REASONS, TOO_SHORT, added, compiled
 
-__all__ = ["FixedStep"]
-
 
 class FixedStep(OdeSolver):
     """Base of the methods here: steps of one length, for `scipy.integrate.solve_ivp`.

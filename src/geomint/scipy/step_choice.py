@@ -14,8 +14,6 @@ from ..errors import DomainError, StepWarning, tell
 if TYPE_CHECKING:
     from .solver import FixedStep
 
-__all__ = ["Watched", "chosen_step", "tolerances"]
-
 PILOT_STEPS = 100
 MOST_TRIALS = 40  # of a step: each multiplies it by 1/5 to 5
 LEAST_RTOL = 2.0**-50

@@ -10,10 +10,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = [
-    "ITERATIONS", "NOT_FINITE", "OK", "REASONS", "TOO_SHORT", "added", "compiled", "explicit", "gauss",
-]  # fmt: skip
-
 ITERATIONS = 100
 OK, NOT_CONVERGED, NOT_FINITE, TOO_SHORT = 0, 1, 2, 3
 REASONS = {

@@ -11,8 +11,6 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TypeVar
 
-__all__ = ["compose", "distance", "exponential"]
-
 Letter = TypeVar("Letter", bound=Hashable)
 Number = TypeVar("Number", Fraction, Decimal)
 

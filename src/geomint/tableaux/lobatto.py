@@ -33,8 +33,6 @@ from ..errors import DomainError
 from ._collocation import DIGITS, HALF, extrapolation, halves_about_half, legendre
 from ._exact import Array, read_only
 
-__all__ = ["MAX_LOBATTO_STAGES", "LobattoPair", "lobatto_pair"]
-
 MAX_LOBATTO_STAGES = 8
 """Largest number of stages."""
 

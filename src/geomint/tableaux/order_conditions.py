@@ -18,8 +18,6 @@ from ._exact import Row
 from ._tableau import Tableau
 from ._words import compose, distance, exponential
 
-__all__ = ["commutator_free_defect", "composition_defect", "runge_kutta_defect"]
-
 Tree: TypeAlias = "tuple[Tree, ...]"
 """A rooted tree: the subtrees that hang on its root. A forest has the same form."""
 

@@ -16,8 +16,6 @@ from .drift import Drift, drift_of_run, walk_level
 from .watcher import Run, Seen, Watcher
 from .windows import Series
 
-__all__ = ["ENERGY", "Function", "grouped"]
-
 ENERGY = "energy"  # the invariant that is shown apart from the others where it has this name
 T = TypeVar("T")
 MANY = 1_000_000  # calls saved, at some 15 ns each: they pay for compiling another function

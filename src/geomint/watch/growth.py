@@ -63,9 +63,6 @@ from .decomposition import WALK, Part, evenly, taken_apart, without_jumps
 from .jumps import Jump, first_step
 from .trend import cosines
 
-__all__ = ["CLASSES", "MIN_TREND_WINDOWS", "NOT_FINITE", "RULE", "Growth", "growth_of"]
-
-
 MIN_TREND_WINDOWS, MIN_WINDOWS = 32, 64
 EXCLUDED, AMPLITUDE_EXCLUDED, AMPLITUDE_LEAST = 0.1, 0.2, 0.05  # of the largest deviation
 LINE, PARABOLA = 10.0, 16.0  # gains of likelihood, see `geomint.watch.trend`

@@ -11,12 +11,11 @@ from ...kernels.numbers.traced import Algebra
 from ...problems.formulas import traced_field
 from .peer import End, Motion, Peer, PeerError, Ready
 
-__all__ = ["DIFFRAX"]
-
 MOST_ROWS = 64  # a formula a row: beyond, XLA compiles for minutes
 
 
 def start(motion: Motion) -> Callable[[float], Ready]:
+    """State the motion as Diffrax takes it."""
     if len(motion.y0) > MOST_ROWS:
         raise FormError(f"more than {MOST_ROWS} numbers would be compiled one by one, for minutes")
     jax: Any = import_module("jax")

@@ -9,8 +9,6 @@ from ...kernels.numbers.traced import Algebra
 from ...problems.formulas import traced_field
 from .peer import End, Motion, Peer, PeerError, Ready
 
-__all__ = ["HEYOKA", "taylor"]
-
 COMPACT_ROWS = 40  # from there on compilation without compact mode takes minutes
 
 
@@ -36,6 +34,7 @@ def taylor(
 
 
 def start(motion: Motion) -> Callable[[float], Ready]:
+    """State the motion as heyoka takes it."""
     hy: Any = import_module("heyoka")
     algebra = Algebra(hy, hy.lt, hy.lte, hy.select)
     names = [f"y{i}" for i in range(len(motion.y0))]

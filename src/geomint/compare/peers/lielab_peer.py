@@ -13,8 +13,6 @@ from ...kernels.numbers.blocks import Block, scalar_block
 from ...problems.groups import so3
 from .peer import End, Motion, Peer, PeerError, Ready
 
-__all__ = ["LIELAB"]
-
 SHORTEST = 1e-9  # step, over the whole run
 
 

@@ -14,10 +14,9 @@ from ...kernels.compiling.signatures import CONSTRAINT, GRADIENTS
 from ...kernels.numbers.blocks import Block, scalar_block
 from .peer import End, Motion, Peer, Ready
 
-__all__ = ["MICI"]
-
 
 def start(motion: Motion) -> Callable[[float], Ready]:
+    """State the motion as Mici takes it."""
     problem, n = motion.problem, len(motion.y0) // 2
     form = problem.hamiltonian
     if form is None or not form.separable or reads(form.gradients.function.__code__, 1):

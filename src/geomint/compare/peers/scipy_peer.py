@@ -15,8 +15,6 @@ from ...kernels.compiling.signatures import FIELD
 from ...kernels.numbers.blocks import Block, scalar_block
 from .peer import End, Motion, Peer, PeerError, Ready
 
-__all__ = ["DOP853", "LSODA", "compiled_field"]
-
 MOST_STEPS = 2**31 - 1
 
 
@@ -40,6 +38,7 @@ def compiled_field(motion: Motion) -> Callable[[float, Array], Array]:
 
 
 def start(name: str, order: int, motion: Motion) -> Callable[[float], Ready]:
+    """State the motion as SciPy takes it."""
     ode: Any = import_module("scipy.integrate").ode
 
     field, count = compiled_field(motion), 0

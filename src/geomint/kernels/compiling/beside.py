@@ -21,8 +21,6 @@ from typing import IO, Any
 
 from .cores import cores
 
-__all__ = ["Other", "compiled_beside", "in_turn", "other"]
-
 Task = Callable[[], object]
 _PROGRAM = f"import sys; sys.path[:] = {{!r}}; from {__name__} import main; main()"
 _state: dict[str, Any] = {"other": None, "start": None, "helps": False}

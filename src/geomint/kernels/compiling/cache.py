@@ -36,15 +36,6 @@ from .. import STARTED
 from .beside import other
 from .private import cache_root, private_folder
 
-__all__ = [
-    "UnkeptCache",
-    "cache_folder",
-    "kernel_stamp",
-    "make_cache",
-    "sources_edited",
-    "take_failure",
-]
-
 _KERNELS = Path(__file__).parents[1]
 config: Any = _config
 _CHECKSUM = hashlib.sha256().digest_size

@@ -14,33 +14,6 @@ from typing import Any, get_type_hints
 
 from .number_types import NumberType
 
-__all__ = [
-    "ACTION",
-    "ADDRESSES",
-    "BLOCK",
-    "CONSTRAINT",
-    "FIELD",
-    "FLOW",
-    "GENERATOR",
-    "GIVEN",
-    "GRADIENTS",
-    "MEMORY",
-    "REAL",
-    "STEPPED",
-    "TIME",
-    "TWO_FORM",
-    "VALUE",
-    "WHOLE",
-    "Functions",
-    "Kind",
-    "OfType",
-    "Signature",
-    "advance",
-    "of_header",
-    "of_stepper",
-    "takes",
-]
-
 Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
 
 NUMBER, BLOCK, GIVEN = attrgetter("number"), attrgetter("block"), attrgetter("given")

@@ -10,8 +10,6 @@ from ..compiling.recorded import helper
 from ..numbers.arithmetic import fma, select, top
 from .so3 import rotation_coefficients
 
-__all__ = ["great_circle", "kick_along_sphere", "turn_coefficients"]
-
 # Up to this θ² = s the polynomials are exact to rounding: their next terms are s⁷/15! and s⁷/16!.
 SMALL = 0.25
 A1, A2, A3, A4, A5, A6 = (1 / math.factorial(2 * k + 1) * (-1) ** k for k in range(1, 7))

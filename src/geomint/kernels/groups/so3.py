@@ -10,15 +10,6 @@ from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, fma, select, sqrt, top
 from ..numbers.circular import cos, sin
 
-__all__ = [
-    "dexpinv_coefficient",
-    "so3_act",
-    "so3_bracket",
-    "so3_cayley",
-    "so3_dcayinv",
-    "so3_dexpinv",
-]
-
 # Below this |x|² the series are exact to rounding: their next terms are below 1e-17.
 SMALL = 1.0
 # dexp is singular at angles 2π, 4π, …; exponential coordinates are refused beyond this angle.

@@ -13,19 +13,6 @@ from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, maximum, select, top
 from ..numbers.blocks import part
 
-__all__ = [
-    "ADJOINT",
-    "FRAME",
-    "SHIFTED",
-    "VECTOR",
-    "multiply",
-    "so_n_act",
-    "so_n_bracket",
-    "so_n_move",
-    "so_n_work",
-    "unpack_skew",
-]
-
 VECTOR, ADJOINT, FRAME, SHIFTED = 0, 1, 2, 3
 REACH = 0.25  # Taylor's polynomial of degree 12 is exact to 2⁻⁵⁶ up to this norm
 CLEAN = 4  # doublings up to which the rounding of the result is left as it is

@@ -13,8 +13,6 @@ from ..numbers.blocks import part
 from .so3 import CHART as EXP_CHART, dexpinv_coefficient
 from .so_n import multiply, so_n_bracket, so_n_move, unpack_skew
 
-__all__ = ["so_3_dexpinv", "so_n_cayley", "so_n_dcayinv", "so_n_extent"]
-
 # Beyond this |ξ| = (Σ ξ_ij²)^½, i < j, rotations come near to π, and elimination without pivoting
 # loses |ξ|² roundings: Cayley coordinates are refused there.
 CHART = 8.0

@@ -17,8 +17,6 @@ from typing import Any
 from .arithmetic import SHIFT, exponent, fma, of_our_own, polynomial, select
 from .double_double import divided, summed
 
-__all__ = ["FAR", "atan2", "cos", "sin", "tan"]
-
 FAR = 2.0**30
 # π/2 as a sum, each part rounded to nearest.
 _FIRST, _SECOND, _THIRD = 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33

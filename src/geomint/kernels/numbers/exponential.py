@@ -16,8 +16,6 @@ from typing import Any
 from .arithmetic import NAN, SHIFT, exponent, fma, of_our_own, polynomial, power_of_two, select
 from .double_double import divided, multiplied, summed
 
-__all__ = ["exp", "log", "pow", "tanh"]
-
 _LOG2, _LOG2_LOW = 0.6931471805599453, 2.3190468138462996e-17
 _THIRD, _THIRD_LOW = 0.3333333333333333, 1.850371707708594e-17
 # (exp r − 1 − r − r²/2)/r³ in r, (artanh(s)/s − 1 − s²/3)/s⁴ in s².

@@ -23,8 +23,6 @@ from . import arithmetic, circular, exponential
 from .blocks import Block
 from .lanes import LANES, Lanes
 
-__all__ = ["Tangent", "TangentBlock", "as_tangents", "tangent_block", "tangent_lane_block"]
-
 
 def _compared(relation: Callable[[Any, Any], Any]):
     return lambda x, y: relation(x.value, _value(y))

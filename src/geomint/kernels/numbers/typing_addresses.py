@@ -10,8 +10,6 @@ from numba.extending import models, register_model
 from . import addresses
 from .instruction import instruction
 
-__all__ = ["ADDRESSES", "kind_of"]
-
 
 class AddressesType(types.Type):
     """Addresses of functions, one after the other; of which types is told where they are called."""

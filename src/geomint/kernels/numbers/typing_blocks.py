@@ -24,8 +24,6 @@ from .instruction import instruction
 from .lanes import LANES
 from .typing_lanes import LANE_VALUE
 
-__all__ = ["LANE_BLOCK", "SCALAR_BLOCK", "BlockType", "other_rows", "parts_of", "place_in"]
-
 _F64 = ir.DoubleType()
 _ALIGN = 8
 

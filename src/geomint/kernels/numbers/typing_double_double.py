@@ -22,8 +22,6 @@ from .double_double import DoubleDoubleBlock, multiplied
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE, is_plain
 
-__all__ = ["DD_BLOCK", "DD_LANE_BLOCK", "DD_LANE_VALUE", "DD_VALUE"]
-
 
 class DoubleDoubleType(types.Type):
     """An unevaluated sum hi + lo of two numbers of type `base`."""

@@ -18,8 +18,6 @@ from . import arithmetic
 from .instruction import instruction
 from .lanes import LANES
 
-__all__ = ["LANE_VALUE"]
-
 _F64 = ir.DoubleType()
 _VECTOR = ir.VectorType(_F64, LANES)
 _MASK_VECTOR = ir.VectorType(ir.IntType(1), LANES)
@@ -221,6 +219,8 @@ def _maximum(typingctx, x, y):
 
 @intrinsic
 def extract_lane(typingctx, x, index):
+    """Return one lane."""
+
     def codegen(context, builder, sig, args):
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.extract_element(args[0], position)
@@ -230,6 +230,8 @@ def extract_lane(typingctx, x, index):
 
 @intrinsic
 def insert_lane(typingctx, x, index, value):
+    """Return lanes with another number in one of them."""
+
     def codegen(context, builder, sig, args):
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.insert_element(args[0], args[2], position)
@@ -264,6 +266,7 @@ def fold_lanes(builder, emit, vector) -> Any:
 
 
 def emit_larger(builder, x, y) -> Any:
+    """Emit the larger of two numbers, in each lane."""
     # A NaN in either operand must win: llvm.maximum would do, but is slow on x86, where the first
     # selection is one instruction and gives y where the two do not compare.
     if x.type == ir.IntType(64):
@@ -289,6 +292,7 @@ def _overload_abs(x):
 
 
 def is_plain(x) -> bool:
+    """Tell whether a type is that of real numbers or their lanes."""
     return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 

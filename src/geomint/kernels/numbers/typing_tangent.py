@@ -26,8 +26,6 @@ from .typing_bases import Instructions
 from .typing_blocks import BlockType, other_rows
 from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes, is_plain
 
-__all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
-
 
 class TangentType(types.Type):
     """A value of type `base` and `count` slopes of type `element`.

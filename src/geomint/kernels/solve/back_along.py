@@ -7,8 +7,6 @@ from ..numbers.blocks import part
 from .small_matrices import largest
 from .stage_matrices import factor_whole, padded, solve_whole
 
-__all__ = ["BACK_ALONG", "scratch_of"]
-
 ROUNDS = 8
 TINY = 1e-7  # of the ways: one-sided differences
 FIRST = 1e6  # of sizes: from farther away there is no way back

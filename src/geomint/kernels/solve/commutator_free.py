@@ -10,8 +10,6 @@ from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
 from .status import NOT_FINITE, OK, Step
 
-__all__ = ["commutator_free_coefficients", "commutator_free_stepper", "commutator_free_work"]
-
 Coefficients = namedtuple(
     "Coefficients", "rows algebra_rows stages layout_rows field_work layout c flows"
 )

@@ -32,8 +32,6 @@ from .fixed_point import (
 )
 from .status import NOT_CONVERGED, NOT_FINITE, OK, Step
 
-__all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work", "scales_by"]
-
 Coefficients = namedtuple(
     "Coefficients", "rows cap patience tolerance pieces padding c b mu predictors"
 )

@@ -18,8 +18,6 @@ from ..numbers.arithmetic import fma, lane, top
 from ..numbers.blocks import REST, as_lanes, part, section
 from .gauss import combine, eight_columns, gauss_coefficients, gauss_memory
 
-__all__ = ["gauss_between", "gauss_inside", "gauss_polynomial"]
-
 
 @inlined
 def powers_of(table, groups: int) -> int:

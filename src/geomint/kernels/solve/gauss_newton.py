@@ -39,8 +39,6 @@ from .stage_equations import (
 from .stage_jacobians import jacobian_evaluations
 from .status import NOT_CONVERGED, OK, Step
 
-__all__ = ["newton_stepper"]
-
 LEAST_DAMPED = 2.0**-10
 LEAST_PART = 2.0**-6  # of a step, in continuation
 TRIES = 3  # times the cap on iterations: for all of continuation together

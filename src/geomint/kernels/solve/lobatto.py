@@ -38,8 +38,6 @@ from .rattle import CLEAN, NEWTON, add_normal_response, drop_rounding, project_m
 from .small_matrices import across, along, contract, largest, near_loss, solve_small
 from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
-__all__ = ["lobatto_coefficients", "lobatto_memory", "lobatto_stepper", "lobatto_work"]
-
 Coefficients = namedtuple(
     "Coefficients",
     "rows constraints cap tolerance clock_rows padding c b later last mu nu impulses predictors",

@@ -15,8 +15,6 @@ from ..numbers.blocks import as_singles, part
 from ..numbers.lanes import LANES
 from .status import OK
 
-__all__ = ["ENDED", "OPEN", "members_sweep"]
-
 OPEN, ENDED, FAILED = 0.0, 1.0, 2.0  # what is known of a member
 AT_ONCE = 4096  # steps between which Ctrl-C is seen
 

@@ -31,8 +31,6 @@ from .stage_equations import (
 )
 from .status import NOT_CONVERGED, OK, Step
 
-__all__ = ["ended", "plain_scales", "size_of_change", "size_of_vector", "slopes_solved"]
-
 BLIND = 2.0**-24
 TURN = 0.764  # of parts in (−1, 1] that do not repeat from row to row
 

@@ -14,22 +14,6 @@ from .partial import one_step, whole_step
 from .sign_changes import DECAYED, RESOLVED, UNKNOWN, looked_at, quartic
 from .status import EVENT_NOT_FINITE, OK
 
-__all__ = [
-    "DOUBT",
-    "INSIDE",
-    "INSIDE_STEP",
-    "NINE",
-    "NOTE",
-    "Orbit",
-    "bound_inside",
-    "clear_of",
-    "conditioning",
-    "crossing",
-    "real_value",
-    "root",
-    "values_inside",
-]
-
 NEAREST = 2.0**-48  # of a step: roots are met to this
 ROUGH = 2.0**-40  # of a step: no slope is taken from values nearer to each other
 PLAIN = (

@@ -14,16 +14,6 @@ from ..compiling.signatures import VALUE, of_header, of_stepper
 from ..numbers.blocks import part
 from .status import OK, Step, Steps
 
-__all__ = [
-    "PARTIAL",
-    "TO_CLOCK",
-    "WRITE",
-    "bound_polynomial",
-    "bound_write",
-    "one_step",
-    "whole_step",
-]
-
 CLOCK_CAP = 50  # iterations
 # Of a step: a state is moved so far along the step's polynomial instead of by another step, if it has
 # powers enough and what its slope misses, which the clock's own rate tells, is unseen then. The clock

@@ -12,11 +12,6 @@ from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import fma, top, total
 from ..numbers.blocks import as_lanes, sections
 
-__all__ = [
-    *("MARKS", "SATURATED", "counts", "keep", "ranks_layout"),
-    *("rank_by_differences", "rank_by_own_number"),
-]
-
 Ranks = namedtuple(
     "Ranks",
     "window rows every missing slot own before total records largest padding numbers ats inverse marks "

@@ -24,8 +24,6 @@ from .fixed_point import (
 from .small_matrices import across, along, contract, largest, lost_rank, near_loss, solve_small
 from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK
 
-__all__ = ["RATTLE", "rattle_memory", "rattle_stepper", "rattle_work"]
-
 Coefficients = namedtuple("Coefficients", "rows constraints cap tolerance clock_rows")
 Memory = namedtuple("Memory", "state clock carry last_q last_p lam last_h")
 Work = namedtuple("Work", "P Q dq0 dp0 dq1 dp1 three G0 G1 response matrix g scratch")

@@ -11,12 +11,6 @@ from .rattle import Coefficients, rattle_stepper
 from .small_matrices import across, along, contract, largest, lost_rank, near_loss, solve_small
 from .status import LOST_RANK, NOT_CONVERGED, NOT_FINITE, OK, Step
 
-__all__ = [
-    "separable_rattle_memory",
-    "separable_rattle_stepper",
-    "separable_rattle_work",
-]
-
 Memory = namedtuple("Memory", "state clock carry lam")
 Work = namedtuple("Work", "kick free increment Q rest force unused G0 G1 response matrix g scratch")
 

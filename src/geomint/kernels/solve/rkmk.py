@@ -12,18 +12,6 @@ from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
 from .status import NOT_FINITE, OK, OUTSIDE_CHART, Step
 
-__all__ = [
-    "dexpinv_series",
-    "dexpinv_work",
-    "diagnose",
-    "parts_of",
-    "rkmk_coefficients",
-    "rkmk_stepper",
-    "rkmk_work",
-    "table_of",
-    "write_stages",
-]
-
 Coefficients = namedtuple(
     "Coefficients", "rows algebra_rows stages layout_rows field_work layout A b c errors"
 )

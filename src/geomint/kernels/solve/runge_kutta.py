@@ -12,16 +12,6 @@ from .advance import stepper
 from .compensated import add_compensated, compensated_state
 from .status import NOT_FINITE, OK, Step
 
-__all__ = [
-    "HUGE",
-    "adaptive_runge_kutta_stepper",
-    "combine",
-    "largest",
-    "runge_kutta_coefficients",
-    "runge_kutta_stepper",
-    "runge_kutta_work",
-]
-
 Coefficients = namedtuple("Coefficients", "rows stages A b c errors")
 Work = namedtuple("Work", "k Y scratch")
 

@@ -8,22 +8,6 @@ the ends of a step are known, the values between are interpolated through those 
 from ..compiling.recorded import helper, inlined
 from ..numbers.blocks import part
 
-__all__ = [
-    "FIVE",
-    "NODES",
-    "ONE",
-    "UNCLEAR",
-    "WEIGHTS",
-    "evenly",
-    "look",
-    "look_closer",
-    "looked_at",
-    "of_quartic",
-    "quartic",
-    "verdict",
-    "write_weights",
-]
-
 NODES = 8  # of the interpolant
 STEEP = 32.0  # how much faster than b an error may rise from an end, where it is 0
 DECAYED = 2.0**-6  # of the largest value

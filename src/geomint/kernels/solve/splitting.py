@@ -10,8 +10,6 @@ from .advance import stepper
 from .compensated import add_compensated
 from .status import NOT_FINITE, OK, Step
 
-__all__ = ["SPLITTING", "splitting_memory", "splitting_stepper", "splitting_work"]
-
 Coefficients = namedtuple("Coefficients", "rows parts clock_rows substeps merged")
 Memory = namedtuple("Memory", "y clock carry clock_carry")
 Work = namedtuple("Work", "increment owed scratch")

@@ -28,20 +28,6 @@ from .gauss import (
 )
 from .stage_matrices import factor_lanes, factor_whole, padded, solve_lanes, solve_whole
 
-__all__ = [
-    "factor_mean",
-    "factor_stages",
-    "newton_coefficients",
-    "newton_work",
-    "solve_all",
-    "solve_mean",
-    "solve_stages",
-    "stages_of",
-    "whole_size",
-    "write_jacobians",
-    "write_lack",
-]
-
 MOST_WHOLE = 1024  # unknowns of all stages together: their matrix takes 8 MB, factors 0.2 s
 
 Numbers = namedtuple(

@@ -8,8 +8,6 @@ Everything is float64: a run has one step at a time.
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, sqrt
 
-__all__ = ["error_size", "logarithm", "next_factor", "retry_factor"]
-
 LOG_2 = 0.6931471805599453
 ROOT_2 = 1.4142135623730951
 LOG_SAFETY = -0.10536051565782628  # log 0.9

@@ -9,8 +9,6 @@ from ..compiling.signatures import of_header, of_stepper
 from ..numbers.blocks import part
 from .status import OK, Steps
 
-__all__ = ["PARTING", "TRIAL"]
-
 
 @helper
 def parting(coarse, fine, rows: int, count: int, factor: float, y0, ends, sizes, errors) -> None:

@@ -13,8 +13,6 @@ from .near_identity import log_volume
 from .normals import enlarge_scales, write_normals
 from .products import add_product, write_overlaps
 
-__all__ = ["begin_at", "carry", "gather", "log_stretch", "settle", "turn_stages"]
-
 EIGHT = 8
 
 

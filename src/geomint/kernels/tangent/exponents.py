@@ -19,8 +19,6 @@ from .near_identity import log_one_plus
 from .normals import write_normals
 from .signature import sweep
 
-__all__ = ["growth_sweep"]
-
 
 @helper
 def growth(

@@ -29,8 +29,6 @@ from .layout import kept_layout, sizes_of, work_layout
 from .normals import write_normals
 from .signature import sweep
 
-__all__ = ["measure_sweep"]
-
 EPSILON = 2.0**-52
 # What a step may add to the sum whatever its rounding does: a relative error common to all derivatives
 # (measured: up to 0.21 ε ‖D‖²), and for each condition what states are off the manifold in the mean

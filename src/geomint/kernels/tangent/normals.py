@@ -8,8 +8,6 @@ from .layout import Kept, Sizes, Work, lanes_for, pieces_of
 from .near_identity import log_volume, small
 from .products import add_product, write_overlaps
 
-__all__ = ["CONDITIONS", "enlarge_scales", "write_normals"]
-
 CONDITIONS = tangent(8)  # the numbers that conditions take
 
 GROWN = 4.0  # times its unit: what is larger than that has a larger unit

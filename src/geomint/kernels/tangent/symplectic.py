@@ -22,8 +22,6 @@ from .layout import Kept, Sizes, Work, kept_layout, lanes_for, sizes_of, work_la
 from .normals import write_normals
 from .signature import sweep
 
-__all__ = ["symplectic_sweep"]
-
 
 @helper
 def write_column(s: Sizes, kept: Kept, A, factor: float, B, column: int, out) -> None:

@@ -21,8 +21,6 @@ from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .search import Search, Trial
 from .stretch import Motion, Stretch, extrapolated, stretch
 
-__all__ = ["Wanted", "choose"]
-
 MOST_TURNS = 1e100  # what is made of them is finite then; runs have fewer
 FARTHEST = 1e30  # first steps of a run: trials make none so much longer
 TRIED = 5.0  # characteristic times up to a break, at least, for trials
