@@ -33,7 +33,7 @@ class Bound:
             return self
         return replace(self, signature=replace(self.signature, own=number_type))
 
-    def entry(self, compiled: bool = True, number_type: NumberType = SCALAR) -> Any:
+    def entry(self, compiled: bool = True, number_type: NumberType = SCALAR):
         """Return what to call, or to hand to a kernel: compiled, or the function as it is.
 
         Raises

@@ -99,7 +99,7 @@ class StampedCache(NullCache):
     def cache_path(self) -> str:
         return str(self._folder)
 
-    def load_overload(self, sig, target_context) -> Any:
+    def load_overload(self, sig, target_context):
         path = self._path(sig, target_context.codegen())
         code = self._code(path, sig, target_context)
         if code is None and not _failures and (beside := other(path.name, self._kernel)):

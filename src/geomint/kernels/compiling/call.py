@@ -31,7 +31,7 @@ class Code:
     dispatcher: Any
     signature: Any
 
-    def __call__(self, *arguments) -> Any:
+    def __call__(self, *arguments):
         """Return what the code returns; to call it often, make a `Call`."""
         named = {str(i): argument for i, argument in enumerate(arguments)}
         return Call(self, tuple(named), self)(**named)
@@ -86,7 +86,7 @@ class Call:
             other._own(list(self._numbers))
         return other
 
-    def given(self, name: str) -> Any:
+    def given(self, name: str):
         """Return a block or a function as it is set."""
         return self._values[name]
 
@@ -118,7 +118,7 @@ class Call:
             else:
                 raise TypeError(f"{name}: expected a {kind.__name__}, got {value!r}")
 
-    def __call__(self, **values) -> Any:
+    def __call__(self, **values):
         """Change arguments, and return what the function returns of them all."""
         self._change(values)
         if self._code is None:

@@ -113,7 +113,7 @@ def _unique(recorded: Recorded) -> FunctionType:
     return copy
 
 
-def make_dispatcher(recorded: Recorded) -> Any:
+def make_dispatcher(recorded: Recorded):
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
     dispatcher: Any = _njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
     jitted = isinstance(dispatcher, Dispatcher)  # with NUMBA_DISABLE_JIT it is the function itself
@@ -152,7 +152,7 @@ def _make_entry(recorded: Recorded):
     return dispatcher
 
 
-def compile_function(recorded: Recorded, signature) -> Any:
+def compile_function(recorded: Recorded, signature):
     """Return the code of `recorded`, compiled for `signature` or found in the cache.
 
     What the function reaches is looked at in each call: after a change it is other code. With

@@ -32,7 +32,7 @@ _ADVICE = (
 )
 
 
-def compiled(function: Recorded, signature) -> Any:
+def compiled(function: Recorded, signature):
     """Return a function compiled for a signature: found, or made if it is new or reaches new values.
 
     Every run begins with this for each of its functions, and holds what it got.

@@ -62,7 +62,7 @@ class Linked(JITCodeLibrary):
         except NameError:
             return False
 
-    def get_pointer_to_function(self, name: str) -> Any:
+    def get_pointer_to_function(self, name: str):
         """Return the address of a function, 0 for one that is not here."""
         self._ensure_finalized()
         if self._waits and not self._defines(name):

@@ -34,50 +34,50 @@ class NumberType:
         return self.name
 
     @property
-    def number(self) -> Any:
+    def number(self):
         """The type of a number."""
         return self.load()[0]
 
     @property
-    def block(self) -> Any:
+    def block(self):
         """The type of a block of them."""
         return self.load()[1]
 
     @property
-    def memory(self) -> Any:
+    def memory(self):
         """The type of a stepper's memory, scratch and saved states."""
         return self.load()[2]
 
     @property
-    def given(self) -> Any:
+    def given(self):
         """The type of a block of float64 whatever the numbers are."""
         return SCALAR.block
 
     @property
-    def params(self) -> Any:
+    def params(self):
         """The type of a problem's parameters: float64, unless they move with the directions."""
         return self.memory if self.by_params else self.given
 
     @property
-    def coefficients(self) -> Any:
+    def coefficients(self):
         """The type of a method's coefficients: float64, but for numbers with a memory of their own."""
         own = self.memory is not self.block and not self.derived
         return self.memory if own else self.given
 
     @property
-    def whole(self) -> Any:
+    def whole(self):
         """The type of whole numbers."""
         from numba.core import types
 
         return types.int64
 
     @property
-    def real(self) -> Any:
+    def real(self):
         """The type of numbers that are float64 whatever the others are."""
         return SCALAR.number
 
     @property
-    def time(self) -> Any:
+    def time(self):
         """The type of times and steps: float64, unless each number has its own."""
         return self.number if self.by_lane else SCALAR.number
 

@@ -70,7 +70,7 @@ class Recorded(Sendable, Wrapped):
         """A hash of the function's code and of everything it reaches, as it is now."""
         return self.reach.fingerprint
 
-    def made(self, make: Callable[[Recorded], Any]) -> Any:
+    def made(self, make: Callable[[Recorded], Any]):
         """Return what `make` makes of the function, made anew if what it reaches has changed."""
         now = self.fingerprint
         before, found = self._made.get(make.__name__, ("", None))

@@ -55,7 +55,7 @@ def _same(one, other, met: dict[tuple[int, int], Any]) -> bool:
     )
 
 
-def parts_of(value) -> Any:
+def parts_of(value):
     """Return what a value is made of, to be compared in turn; None for one that `==` compares."""
     if isinstance(value, np.ndarray):
         plain = type(value) is np.ndarray and not value.dtype.hasobject

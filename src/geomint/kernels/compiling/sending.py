@@ -34,15 +34,15 @@ class Sendable(Compared):
     Received twice in a process it is the same object, so that what was compiled for it is kept.
     """
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self):
         return received, (sent(self),)
 
-    def __copy__(self) -> Any:
+    def __copy__(self):
         made = object.__new__(type(self))
         vars(made).update(vars(self))
         return made
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+    def __deepcopy__(self, memo: dict[int, Any]):
         """Return a copy whose functions are the same ones, as Python copies functions."""
         made = self.__copy__()
         memo[id(self)] = made
@@ -51,7 +51,7 @@ class Sendable(Compared):
 
 
 class _Pickler(pickle.Pickler):
-    def reducer_override(self, value) -> Any:
+    def reducer_override(self, value):
         if isinstance(value, types.FunctionType) and value.__module__ != __name__:
             return _reduced(value)
         if isinstance(value, Wrapped):
@@ -76,13 +76,13 @@ def sent(value) -> bytes:
     return buffer.getvalue()
 
 
-def received(content: bytes) -> Any:
+def received(content: bytes):
     """Return what was sent; the same object for the same bytes, unless they are many."""
     return pickle.loads(content) if len(content) > MOST_KEPT else kept(content)
 
 
 @functools.lru_cache(maxsize=256)
-def kept(content: bytes) -> Any:
+def kept(content: bytes):
     """Return what was sent, and keep it."""
     return pickle.loads(content)
 
@@ -228,7 +228,7 @@ def _fill(function: types.FunctionType, state: tuple[Any, ...]) -> None:
 
 
 @functools.cache
-def cloudpickle() -> Any:
+def cloudpickle():
     """Return the module cloudpickle, or None where it is not installed."""
     try:
         return importlib.import_module("cloudpickle")

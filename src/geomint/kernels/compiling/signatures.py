@@ -48,12 +48,12 @@ class Signature:
         """The same for eight numbers at once."""
         return replace(self, lanes=True)
 
-    def of(self, number_type: NumberType) -> Any:
+    def of(self, number_type: NumberType):
         """Return numba's signature for a type of number."""
         number_type = self.own or number_type
         return _of(self, number_type.in_lanes if self.lanes else number_type)
 
-    def __call__(self, number_type: NumberType) -> Any:
+    def __call__(self, number_type: NumberType):
         from numba.core import types
 
         return types.FunctionType(self.of(number_type))
@@ -66,7 +66,7 @@ class OfType:
     kind: Kind
     own: NumberType
 
-    def __call__(self, number_type: NumberType) -> Any:
+    def __call__(self, number_type: NumberType):
         """Return its numba type."""
         return self.kind(self.own)
 
@@ -77,7 +77,7 @@ class Functions:
 
     signatures: tuple[Signature, ...]
 
-    def __call__(self, number_type: NumberType) -> Any:
+    def __call__(self, number_type: NumberType):
         """Return numba's type of it."""
         from numba.core import types
 
@@ -115,7 +115,7 @@ TWO_FORM = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, u=BLOCK, v=BLOCK, wor
 FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
 
 
-def counted(number_type: NumberType) -> Any:
+def counted(number_type: NumberType):
     """Return the type of (status, count, iterations, residual)."""
     from numba.core import types
 
@@ -147,7 +147,7 @@ def advance(functions: Iterable[Signature]) -> Signature:
     return replace(_ADVANCE, arguments=(("functions", taken), *_ADVANCE.arguments))
 
 
-def ADDRESSES(number_type: NumberType) -> Any:  # noqa: N802 - a kind as the others
+def ADDRESSES(number_type: NumberType):  # noqa: N802 - a kind as the others
     """Return the type of functions behind their addresses."""
     from ..numbers import typing_addresses
 

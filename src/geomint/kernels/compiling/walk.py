@@ -312,7 +312,7 @@ def _read(module: types.ModuleType, word: str):
         return MISSING
 
 
-def content_of(cell) -> Any:
+def content_of(cell):
     """Return what a closure cell holds, `MISSING` if nothing yet."""
     try:
         return cell.cell_contents

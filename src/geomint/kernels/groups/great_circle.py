@@ -4,7 +4,6 @@ Both give increments, so that they can be added with compensation, and work in a
 """
 
 import math
-from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import fma, select, top
@@ -17,7 +16,7 @@ B1, B2, B3, B4, B5, B6 = (1 / math.factorial(2 * k + 2) * (-1) ** k for k in ran
 
 
 @helper
-def short_series(x, c0, c1, c2, c3, c4, c5, c6) -> Any:
+def short_series(x, c0, c1, c2, c3, c4, c5, c6):
     """Return ``Σ_k c_k x^k`` for small x, by a tree: half as long as Horner's chain."""
     x2 = x * x
     low = fma(x2, fma(x, c3, c2), fma(x, c1, c0))
@@ -25,7 +24,7 @@ def short_series(x, c0, c1, c2, c3, c4, c5, c6) -> Any:
 
 
 @helper
-def turn_coefficients(s) -> Any:
+def turn_coefficients(s):
     """Return ``sin θ/θ`` and ``(1 − cos θ)/θ²`` for θ² = s, without cancellation at any angle.
 
     Up to `SMALL` by polynomials in s, for the sine function would take as long as all the rest of a

@@ -4,8 +4,6 @@ The hat map is ``x̂ v = x × v``; exp(x̂) turns by |x| about x, cay(x̂) by 2 
 ``[number of vectors]``.
 """
 
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, fma, select, sqrt, top
 from ..numbers.circular import cos, sin
@@ -17,7 +15,7 @@ CHART = 6.0
 
 
 @helper
-def rotation_coefficients(s) -> Any:
+def rotation_coefficients(s):
     """Return ``sin θ/θ`` and ``(1 − cos θ)/θ²`` for θ² = s, below `SMALL` by series.
 
     The second is ½ (sin(θ/2)/(θ/2))²: no cancellation at any angle. The series are split into even
@@ -79,7 +77,7 @@ def so3_bracket(layout, x, y, out, work) -> None:
 
 
 @helper
-def dexpinv_coefficient(s) -> Any:
+def dexpinv_coefficient(s):
     """Return ``c = (1 − (θ/2) cot(θ/2)) / θ²`` for θ² = s; NaN beyond `CHART`.
 
     ``dexp_u⁻¹ v = v − ½ [u, v] + c [u, [u, v]]`` on SO(3), θ = |u|. Above `SMALL` the error of c θ²

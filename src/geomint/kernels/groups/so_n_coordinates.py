@@ -5,8 +5,6 @@ than π. Layouts and algebra elements are those of `geomint.kernels.groups.so_n`
 their own coordinates.
 """
 
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import NAN, select
 from ..numbers.blocks import part
@@ -96,7 +94,7 @@ def so_3_dexpinv(layout, u, v, out, work) -> None:
 
 
 @helper
-def so_n_extent(layout, u, work) -> Any:
+def so_n_extent(layout, u, work):
     """Return ``Σ u_ij² / CHART²``, i < j: at most 1 where no angle exceeds that of SO(3)'s chart."""
     n = int(layout[0])
     total = 0.0 * u[0]

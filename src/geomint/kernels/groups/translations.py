@@ -1,7 +1,5 @@
 """R^m moving m rows by translation: the algebra is R^m, and nothing is turned."""
 
-from typing import Any
-
 from ..compiling.recorded import helper
 
 
@@ -27,6 +25,6 @@ def unchanged(layout, u, v, out, work) -> None:
 
 
 @helper
-def endless(layout, u, work) -> Any:
+def endless(layout, u, work):
     """Return 0: the coordinates end nowhere."""
     return 0.0 * u[0]

@@ -4,19 +4,17 @@ numba's functions as arguments have their signature in their type, and so has wh
 they lie in memory, and are given their types where they are called.
 """
 
-from typing import Any
 
-
-def stepper_at(addresses, kind: str) -> Any:
+def stepper_at(addresses, kind: str):
     """Return the first function, a stepper of that kind; in plain Python they are a tuple."""
     return addresses[0]
 
 
-def function_at(addresses, place: int, kind: str) -> Any:
+def function_at(addresses, place: int, kind: str):
     """Return one of several functions of that kind."""
     return addresses[place]
 
 
-def functions_at(addresses, kind: str) -> Any:
+def functions_at(addresses, kind: str):
     """Return the other ones, which the stepper takes."""
     return addresses[1:]

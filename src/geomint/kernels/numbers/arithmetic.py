@@ -73,14 +73,14 @@ def fma(x, y, z) -> Any:
     return np.float64(_fma_float(float(x), float(y), float(z)))
 
 
-def of_numpy(function: Callable[..., Any]) -> Any:
+def of_numpy(function: Callable[..., Any]):
     """Return numpy's elementary function of that name."""
     name = function.__name__
     return getattr(np, {"pow": "power", "atan2": "arctan2"}.get(name, name))
 
 
 @np.errstate(all="ignore")
-def elementwise(function: Callable[..., Any], *numbers) -> Any:
+def elementwise(function: Callable[..., Any], *numbers):
     """Return a function of numbers that are not all float64, as their own kind has it by its name."""
     own = [x.context for x in numbers if hasattr(x, "context")]
     objects = any(getattr(x, "dtype", None) == np.object_ for x in numbers)
@@ -93,7 +93,7 @@ def elementwise(function: Callable[..., Any], *numbers) -> Any:
 
 
 @np.errstate(all="ignore")
-def of_our_own(function, source: Callable[..., Any], *numbers, library: Any = None, far=0.0) -> Any:
+def of_our_own(function, source: Callable[..., Any], *numbers, library: Any = None, far=0.0):
     """Return a function as its source has it for float64 and lanes; of other numbers their own.
 
     With a library the source is for sizes up to `far` alone.
@@ -115,19 +115,19 @@ def sqrt(x) -> Any:
     return elementwise(sqrt, x)
 
 
-def power_of_two(k) -> Any:
+def power_of_two(k):
     """Return 2^k for whole k from −1022 to 1023: float64 and lanes."""
     found = (np.asarray(k + (SHIFT + 1023.0)).view(np.int64) << 52).view(np.float64)
     return found.view(type(k)) if isinstance(k, np.ndarray) else found
 
 
-def exponent(x) -> Any:
+def exponent(x):
     """Return k of |x| in [2^k, 2^(k+1)), and above 1024 where the sign bit is set: no subnormals."""
     found = (np.asarray(x).view(np.uint64) >> np.uint64(52)) - 1023.0
     return found.view(type(x)) if isinstance(x, np.ndarray) else found
 
 
-def polynomial(x, c: tuple[float, ...]) -> Any:
+def polynomial(x, c: tuple[float, ...]):
     """Return Σ c_k x^k of four terms or more, by two of Horner's chains beside each other."""
     square = x * x
     first, second = fma(square, c[-1], c[-3]), fma(square, c[-2], c[-4])

@@ -69,7 +69,7 @@ class Block:
     def __len__(self) -> int:
         return len(self.data)
 
-    def __getitem__(self, row: int) -> Any:
+    def __getitem__(self, row: int):
         return self.data[_counted(row)]
 
     def __setitem__(self, row: int, value) -> None:
@@ -95,7 +95,7 @@ class LaneBlock(Block):
     __slots__ = ()
     row_shape = (LANES,)
 
-    def __getitem__(self, row: int) -> Any:
+    def __getitem__(self, row: int):
         return Lanes(self.data[_counted(row)])
 
     def as_singles(self) -> Block:
@@ -166,7 +166,7 @@ def section(block: Block, layout, name: str) -> Block:
     return block.part(first, len(block) - first if rows < 0 else rows)
 
 
-def sections(block: Block, layout) -> Any:
+def sections(block: Block, layout):
     """Return all parts of a block, each as `section` gives it: a named tuple like the layout."""
     return type(layout)(*(section(block, layout, name) for name in layout._fields))
 
@@ -199,7 +199,7 @@ def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
     return block.as_lanes(start, rows)
 
 
-def fixed_rows(block, rows: int | None) -> Any:
+def fixed_rows(block, rows: int | None):
     """Return the block; compiled, its row count becomes a constant, and loops over it unroll.
 
     With None it stays what it is, and may be something else than a block.

@@ -27,7 +27,7 @@ _ARCTAN = (-0.33333333333333332933, 0.19999999999998955722, -0.14285714285265867
 _HALF, _HALF_LOW = 0.4636476090008061, 2.2698777452961687e-17
 
 
-def quarter(x) -> Any:
+def quarter(x):
     """Return k, sin r and cos r, each a sum of two numbers, of ``x = k π/2 + r`` up to `FAR`."""
     k = fma(x, 0.6366197723675814, SHIFT) - SHIFT
     head = fma(-k, _FIRST, x)  # exact
@@ -54,12 +54,12 @@ def quarter(x) -> Any:
     return k, sine, sine_low, cosine, cosine_low - 0.5 * missed
 
 
-def rest_of(k) -> Any:
+def rest_of(k):
     """Return the rest of a whole number by 4: 0, 1, 2 or 3."""
     return k - 4.0 * ((fma(k, 0.25, -0.375) + SHIFT) - SHIFT)
 
 
-def turned(x, quarters: float) -> Any:
+def turned(x, quarters: float):
     """Return ``sin(x + quarters π/2)`` for whole quarters."""
     k, sine, _, cosine, _ = quarter(x)
     n = rest_of(k + quarters)
@@ -67,17 +67,17 @@ def turned(x, quarters: float) -> Any:
     return select(n > 1.5, -found, found)
 
 
-def of_sin(x) -> Any:
+def of_sin(x):
     """Return sin(x)."""
     return turned(x, 0.0)
 
 
-def of_cos(x) -> Any:
+def of_cos(x):
     """Return cos(x)."""
     return turned(x, 1.0)
 
 
-def of_tan(x) -> Any:
+def of_tan(x):
     """Return tan(x)."""
     k, sine, sine_low, cosine, cosine_low = quarter(x)
     n = rest_of(k)
@@ -88,7 +88,7 @@ def of_tan(x) -> Any:
     return select(x == 0.0, x, found + low)
 
 
-def of_atan2(y, x) -> Any:
+def of_atan2(y, x):
     """Return the angle of (x, y) from the first axis."""
     height, width = abs(y), abs(x)
     steep = height > width

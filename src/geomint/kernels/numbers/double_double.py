@@ -10,8 +10,6 @@ Algorithms: T. J. Dekker, Numer. Math. 18 (1971) 224; D. E. Knuth, TAOCP 2, 4.2.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arguments import Array
@@ -39,19 +37,19 @@ def lane_rows(hi: Array, lo: Array) -> Array:
     return pairs.ravel()
 
 
-def summed(x, y) -> Any:
+def summed(x, y):
     """Return x + y and what its rounding leaves, for |x| ≥ |y| or x = 0."""
     found = x + y
     return found, (x - found) + y
 
 
-def multiplied(x, y) -> Any:
+def multiplied(x, y):
     """Return x y and what its rounding leaves."""
     found = x * y
     return found, fma(x, y, -found)
 
 
-def divided(x, x_low, y, y_low) -> Any:
+def divided(x, x_low, y, y_low):
     """Return a quotient of sums of two numbers as such a sum."""
     found = x / y
     return found, ((fma(-found, y, x) + x_low) - found * y_low) / y

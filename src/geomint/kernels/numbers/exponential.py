@@ -28,7 +28,7 @@ _ARTANH = (0.19999999999999999907, 0.14285714285714687304, 0.1111111111082566461
            0.058530625369295298724, 0.058621294882312605473)  # fmt: skip
 
 
-def halved(x, low) -> Any:
+def halved(x, low):
     """Return k, r and q of ``exp(x + low) = 2^k (1 + r + q)``, |r| ≤ ½ log 2."""
     k = fma(x, 1.4426950408889634, SHIFT) - SHIFT
     head = fma(-k, _LOG2, x)  # exact
@@ -39,7 +39,7 @@ def halved(x, low) -> Any:
     return k, r, fma(0.5, square, rest + 0.5 * more)
 
 
-def exponential(x, low) -> Any:
+def exponential(x, low):
     """Return ``exp(x + low)`` for a small `low`."""
     x = select(x > 710.0, 710.0, select(x < -746.0, -746.0, x))
     k, r, q = halved(x, low)
@@ -48,12 +48,12 @@ def exponential(x, low) -> Any:
     return (one + (rest + q)) * power_of_two(half) * power_of_two(k - half)
 
 
-def of_exp(x) -> Any:
+def of_exp(x):
     """Return exp(x)."""
     return exponential(x, 0.0)
 
 
-def logarithm(x) -> Any:
+def logarithm(x):
     """Return log |x| as a sum of two numbers."""
     x = abs(x)
     small = x < 1.0
@@ -83,18 +83,18 @@ def logarithm(x) -> Any:
     return found, select((x == 0.0) | (x == inf), 0.0, low)
 
 
-def of_log(x) -> Any:
+def of_log(x):
     """Return log(x)."""
     found, _ = logarithm(x)
     return select(x < 0.0, NAN, found)
 
 
-def whole(x) -> Any:
+def whole(x):
     """Return a number x ≥ 0 rounded to a whole one."""
     return select(x < 2.0**52, (x + 2.0**52) - 2.0**52, x)
 
 
-def of_pow(x, y) -> Any:
+def of_pow(x, y):
     """Return x^y."""
     size, low = logarithm(x)
     found, more = multiplied(y, size)
@@ -108,7 +108,7 @@ def of_pow(x, y) -> Any:
     return select(sure, 1.0, found)
 
 
-def of_tanh(x) -> Any:
+def of_tanh(x):
     """Return tanh(x)."""
     size = abs(x)
     k, r, q = halved(select(size > 40.0, -80.0, -2.0 * size), 0.0)

@@ -7,7 +7,7 @@ from numba.core import types
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 
 
-def instruction(function: Callable[..., Any], prefer_literal: bool = False) -> Any:
+def instruction(function: Callable[..., Any], prefer_literal: bool = False):
     """Register a typing function as what `function` is in compiled code.
 
     It is written as for `numba.extending.intrinsic`, and may return None for types that are not its

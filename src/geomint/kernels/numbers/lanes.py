@@ -10,8 +10,6 @@ source of a field on `numpy.longdouble` or on `object` arrays of mpmath numbers.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 LANES = 8
@@ -27,14 +25,14 @@ class Lanes(np.ndarray):
     def __new__(cls, values) -> Lanes:
         return np.array(values, ndmin=1).view(cls)
 
-    def __iadd__(self, other) -> Any:  # type: ignore[misc]
+    def __iadd__(self, other):  # type: ignore[misc]
         return self + other
 
-    def __isub__(self, other) -> Any:  # type: ignore[misc]
+    def __isub__(self, other):  # type: ignore[misc]
         return self - other
 
-    def __imul__(self, other) -> Any:  # type: ignore[misc]
+    def __imul__(self, other):  # type: ignore[misc]
         return self * other
 
-    def __itruediv__(self, other) -> Any:  # type: ignore[misc]
+    def __itruediv__(self, other):  # type: ignore[misc]
         return self / other

@@ -189,19 +189,19 @@ def _value(x):
     return x.value if isinstance(x, Tangent) else x
 
 
-def _of_tanh(f, x) -> Any:
+def _of_tanh(f, x):
     e = exponential.exp(-2.0 * abs(x))  # 1 − tanh² would lose its digits
     return (4.0 * e / ((1.0 + e) * (1.0 + e)),)
 
 
-def _of_pow(f, x, y) -> Any:
+def _of_pow(f, x, y):
     base = x + 0.0 * y  # a constant gets the digits of the exponent
     by_power = arithmetic.select((x == 0.0) & (y > 0.0), 0.0, f * exponential.log(base))
     constant = (x == 0.0) & (y == 0.0)
     return y * arithmetic.select(constant, 0.0, exponential.pow(x, y - 1.0)), by_power
 
 
-def _of_atan2(f, y, x) -> Any:
+def _of_atan2(f, y, x):
     size = arithmetic.maximum(abs(x), abs(y))  # squares of the numbers may be too large or small
     x, y = x / size, y / size
     square = x * x + y * y
@@ -222,7 +222,7 @@ PARTIALS: dict[Any, Callable[..., tuple[Any, ...]]] = {
 }
 
 
-def _elementary(function, partials: Callable[..., tuple[Any, ...]]) -> Any:
+def _elementary(function, partials: Callable[..., tuple[Any, ...]]):
     def of_tangents(*numbers) -> Tangent:
         values = [_value(x) for x in numbers]
         f = function(*values)

@@ -96,17 +96,17 @@ class Traced:
 
     __bool__ = __eq__ = __ne__ = _decide
 
-    def fused(self, x, y, z) -> Any:
+    def fused(self, x, y, z):
         return x * y + z
 
     def chosen(self, condition, x, y) -> Traced:
         return self._by(self.context.select(condition, symbol(x), symbol(y)))
 
-    def of(self, value) -> Any:
+    def of(self, value):
         return value
 
 
-def symbol(number) -> Any:
+def symbol(number):
     """Return the symbol of a number, or its value."""
     return number.symbol if isinstance(number, Traced) else float(number)
 

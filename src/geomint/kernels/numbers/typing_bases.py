@@ -1,7 +1,6 @@
 """What values and slopes of tangent numbers are added and multiplied by: instructions."""
 
 import operator
-from typing import Any
 
 from llvmlite import ir
 from numba.core import types
@@ -25,34 +24,34 @@ class Instructions:
         self.add, self.subtract, self.multiply = builder.fadd, builder.fsub, builder.fmul
         self.divide, self.negative, self.select = builder.fdiv, builder.fneg, builder.select
 
-    def taken(self, to, kind, value) -> Any:
+    def taken(self, to, kind, value):
         """Return an operand of type `kind` for results of type `to`."""
         if kind == to:
             return value
         number = self.context.cast(self.builder, value, kind, types.float64)
         return broadcast(self.builder, number) if to == LANE_VALUE else number
 
-    def fused(self, x, y, z) -> Any:
+    def fused(self, x, y, z):
         """Return ``x y + z`` with one rounding."""
         if isinstance(x.type, ir.VectorType):
             return call_vector_function(self.builder, "llvm.fma", (x, y, z))
         return self.builder.fma(x, y, z)
 
-    def compare(self, function, x, y) -> Any:
+    def compare(self, function, x, y):
         """Return whether a comparison holds; with NaN only ``!=`` does."""
         if function is operator.ne:
             return self.builder.fcmp_unordered("!=", x, y)
         return self.builder.fcmp_ordered(_COMPARISONS[function], x, y)
 
-    def reciprocal(self, x) -> Any:
+    def reciprocal(self, x):
         """Return 1/x."""
         one = 1.0 if x.type == ir.DoubleType() else [1.0] * x.type.count
         return self.divide(ir.Constant(x.type, one), x)
 
-    def is_negative(self, x) -> Any:
+    def is_negative(self, x):
         """Return ``x < 0``."""
         return self.compare(operator.lt, x, ir.Constant(x.type, None))
 
-    def absolute(self, x) -> Any:
+    def absolute(self, x):
         """Return |x|."""
         return self.select(self.is_negative(x), self.negative(x), x)

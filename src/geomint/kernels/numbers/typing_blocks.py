@@ -99,7 +99,7 @@ _INDEX = types.Integer | types.IntEnumMember
 
 @infer_global(operator.getitem)
 class _GetRow(AbstractTemplate):
-    def generic(self, args, kws) -> Any:
+    def generic(self, args, kws):
         if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
             return signature(args[0].row, args[0], types.int64)
         return None
@@ -107,7 +107,7 @@ class _GetRow(AbstractTemplate):
 
 @infer_global(operator.setitem)
 class _SetRow(AbstractTemplate):
-    def generic(self, args, kws) -> Any:
+    def generic(self, args, kws):
         if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
             return signature(types.none, args[0], types.int64, args[0].row)
         return None
@@ -115,7 +115,7 @@ class _SetRow(AbstractTemplate):
 
 @infer_global(len)
 class _Length(AbstractTemplate):
-    def generic(self, args, kws) -> Any:
+    def generic(self, args, kws):
         if isinstance(args[0], BlockType):
             return signature(types.int64, args[0])
         return None
@@ -228,7 +228,7 @@ def _as_lanes(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-def other_rows(block, result: BlockType) -> Any:
+def other_rows(block, result: BlockType):
     """Return code that makes a block of other rows in the same memory."""
 
     def codegen(context, builder, sig, args):

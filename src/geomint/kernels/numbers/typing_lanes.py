@@ -54,7 +54,7 @@ class LaneMaskModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, _MASK_VECTOR)
 
 
-def broadcast(builder, scalar) -> Any:
+def broadcast(builder, scalar):
     """Return a vector whose lanes all hold `scalar`."""
     one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), scalar, _I32(0))
     zeros = ir.Constant(ir.VectorType(_I32, LANES), [0] * LANES)
@@ -137,7 +137,7 @@ _register_on(LANE_MASK, operator.and_, 2, lambda b, x, y: b.and_(x, y))
 _register_on(LANE_MASK, operator.or_, 2, lambda b, x, y: b.or_(x, y))
 
 
-def call_vector_function(builder, name: str, vectors) -> Any:
+def call_vector_function(builder, name: str, vectors):
     """Call LLVM's intrinsic function `name` of as many lane vectors as are given."""
     function_type = ir.FunctionType(_VECTOR, [_VECTOR] * len(vectors))
     function = cgutils.get_or_insert_function(builder.module, function_type, f"{name}.v{LANES}f64")
@@ -252,7 +252,7 @@ def _fold(emit):
     return call
 
 
-def fold_lanes(builder, emit, vector) -> Any:
+def fold_lanes(builder, emit, vector):
     """Return the lanes combined pairwise."""
     width = LANES
     while width > 1:
@@ -265,7 +265,7 @@ def fold_lanes(builder, emit, vector) -> Any:
     return builder.extract_element(vector, _I32(0))
 
 
-def emit_larger(builder, x, y) -> Any:
+def emit_larger(builder, x, y):
     """Emit the larger of two numbers, in each lane."""
     # A NaN in either operand must win: llvm.maximum would do, but is slow on x86, where the first
     # selection is one instruction and gives y where the two do not compare.

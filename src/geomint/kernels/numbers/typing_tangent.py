@@ -60,7 +60,7 @@ class TangentType(types.Type):
         """Return the type of one of eight such numbers."""
         return TangentType(types.float64, types.float64, self.count)
 
-    def can_convert_from(self, typingctx, other) -> Any:
+    def can_convert_from(self, typingctx, other):
         """Let plain numbers be constants, and one number be eight alike."""
         known = isinstance(other, types.Float | types.Integer) or other == self.base
         known = known or (_is_tangent(other) and not other.packed and other.lanes() == self)
@@ -126,11 +126,11 @@ class _Number:
         self.slopes = [a.taken(to.element, kind.element, slope) for slope in slopes]
 
     @property
-    def factor(self) -> Any:
+    def factor(self):
         """The value, to multiply slopes with."""
         return self.beside(self.value)
 
-    def beside(self, value) -> Any:
+    def beside(self, value):
         """Return a number of the base as one of the elements."""
         return broadcast(self._a.builder, value) if self._to.packed else value
 
@@ -283,7 +283,7 @@ _unary(abs, _size)
 
 @infer_global(int)
 class _Whole(AbstractTemplate):
-    def generic(self, args, kws) -> Any:
+    def generic(self, args, kws):
         one = len(args) == 1 and _is_tangent(args[0]) and args[0].base == types.float64
         return signature(types.int64, *args) if one else None
 
@@ -374,7 +374,7 @@ def _of_tangents(function, compiled) -> None:
         return None if _joined(*numbers) is None else compiled
 
 
-def _elementary(function, source) -> Any:
+def _elementary(function, source):
     partials = njit(error_model="numpy")(source)
 
     def of_one(x):

@@ -36,7 +36,7 @@ class Given(Block):
         self.data, self.name, self.first = data, name, first
         self.size = len(data) if size < 0 else size
 
-    def __getitem__(self, row: int) -> Any:
+    def __getitem__(self, row: int):
         self._check("reads", row)
         return self.data[row]
 
@@ -46,10 +46,10 @@ class Given(Block):
             f"writes row {row + self.first} of {self.name}, which is not its own", row
         )
 
-    def __iter__(self) -> Any:
+    def __iter__(self):
         raise self._misused(f"takes {self.name} apart: rows are {self.name}[i], i in range(…)")
 
-    def __array__(self, *args, **options) -> Any:
+    def __array__(self, *args, **options):
         raise self._misused(f"hands {self.name} to numpy: write a loop over its rows")
 
     def part(self, start: int, rows: int) -> Block:
@@ -102,7 +102,7 @@ class Fresh(Given):
         super().__init__(name, np.full(size, np.nan))
         self.written = memoryview(bytearray(size))
 
-    def __getitem__(self, row: int) -> Any:
+    def __getitem__(self, row: int):
         self._check("reads", row)
         if not self.written[row]:
             at = row + self.first

@@ -20,8 +20,6 @@ before its increments have one. A piece without a size has that of `SMALLEST`, s
 is a large δ and never the end.
 """
 
-from typing import Any
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, plain, select
 from .status import NOT_CONVERGED, NOT_FINITE
@@ -39,13 +37,13 @@ NEWTON_ROUNDING = 2.0**-40
 
 
 @inlined
-def inverse_size(size) -> Any:
+def inverse_size(size):
     """Return 1 / size, that of `SMALLEST` for what is smaller."""
     return 1.0 / maximum(size, like(SMALLEST, size))
 
 
 @inlined
-def larger(x, moves, n: int) -> Any:
+def larger(x, moves, n: int):
     """Return the size of a piece: the largest of its numbers and of their increments, no slopes."""
     size = 0.0 * plain(x[0])
     for i in range(n):
@@ -66,7 +64,7 @@ def failure(iteration: int) -> int:
 
 
 @inlined
-def rounding_left(change, number) -> Any:
+def rounding_left(change, number):
     """Tell whether a change is not more than a few roundings of numbers of the kind of `number`."""
     return change <= ROUNDINGS * epsilon(number)
 
@@ -93,7 +91,7 @@ def no_contraction(iteration: int, patience: int, change: float) -> bool:
 
 
 @helper
-def solved(change, last, before, tolerance, rounding, final: bool) -> Any:
+def solved(change, last, before, tolerance, rounding, final: bool):
     """Tell, in every lane, whether the iteration has ended.
 
     Parameters
@@ -116,7 +114,7 @@ def solved(change, last, before, tolerance, rounding, final: bool) -> Any:
 
 
 @helper
-def solved_by_newton(change, last, tolerance: float) -> Any:
+def solved_by_newton(change, last, tolerance: float):
     """Tell, in every lane, whether Newton's method has ended.
 
     With a change less than the tolerance or than rounding, after which what is left is of the size of

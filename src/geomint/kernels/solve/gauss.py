@@ -12,7 +12,6 @@ lie symmetrically at the two ends, so that the update adds stages pairwise from 
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, like, magnitude, maximum, top
@@ -71,7 +70,7 @@ def gauss_work(rows: int, groups: int, scratch: int) -> Work:
 
 
 @inlined
-def eight_columns(columns, source: int, target: int, groups: int) -> Any:
+def eight_columns(columns, source: int, target: int, groups: int):
     """Return the columns that take the stages of group `source` to those of group `target`."""
     at = 8 * source * groups + target
     return (
@@ -87,7 +86,7 @@ def eight_columns(columns, source: int, target: int, groups: int) -> Any:
 
 
 @inlined
-def combine(m, L, start) -> Any:
+def combine(m, L, start):
     """Return ``start + Σ_j m[j] L_j`` over the lanes of L.
 
     Four partial sums: latency, not the number of operations, is the cost (measured 1.15×).

@@ -15,7 +15,6 @@ have zero weights and stay at (q, p).
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import lane, maximum, plain, slope_count, top
@@ -86,7 +85,7 @@ def lobatto_work(n: int, m: int, scratch: int) -> Work:
 
 
 @inlined
-def lane_rows(block, rows: int) -> Any:
+def lane_rows(block, rows: int):
     """Return a block of single numbers as so many lane values."""
     return as_lanes(block, 0, rows)
 

@@ -5,8 +5,6 @@ residuals: changes of L fall to that, not to a few roundings of L. How much it i
 how stiff, along which ways, and how sizes of pieces compare; so it is measured (`rounding`).
 """
 
-from typing import Any
-
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import epsilon, like, magnitude, maximum, plain, top
 from ..numbers.blocks import part
@@ -36,7 +34,7 @@ TURN = 0.764  # of parts in (−1, 1] that do not repeat from row to row
 
 
 @inlined
-def plain_size(x) -> Any:
+def plain_size(x):
     """Return |x| without derivatives."""
     return abs(plain(x))
 

@@ -3,7 +3,6 @@
 import functools
 import math
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, plain, select, slope_count, top
@@ -96,7 +95,7 @@ def drop_rounding(g, G, q, n: int, m: int) -> None:
 
 
 @helper
-def project_momentum(gradients, params, t, own: Work, n: int, m: int) -> Any:
+def project_momentum(gradients, params, t, own: Work, n: int, m: int):
     """Move P along the normals until ``G₁ ∂H/∂p(Q, P) = 0``, by Newton's method.
 
     Returns the last change over the size of P, of values. For H quadratic in p there are two steps, the

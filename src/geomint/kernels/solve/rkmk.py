@@ -2,7 +2,6 @@
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import NAN, like, select
@@ -26,7 +25,7 @@ def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def table_of(coefficients) -> Any:
+def table_of(coefficients):
     """Return the parts of coefficients by name; the first numbers lie where they do in any."""
     header = rkmk_coefficients(0, 0, REST)
     layout_rows = int(section(coefficients, header, "layout_rows")[0])
@@ -41,7 +40,7 @@ def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> 
 
 
 @inlined
-def parts_of(work, table, rows: int, m: int) -> Any:
+def parts_of(work, table, rows: int, m: int):
     """Return the parts of scratch by name."""
     return sections(work, rkmk_work(rows, m, len(table.b), int(table.field_work[0]), REST))
 

@@ -2,7 +2,6 @@
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
@@ -25,7 +24,7 @@ def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def table_of(coefficients) -> Any:
+def table_of(coefficients):
     """Return the parts of coefficients by name."""
     stages = int(section(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
     return sections(coefficients, runge_kutta_coefficients(stages, REST))
@@ -52,7 +51,7 @@ def combine(weights, k, h, zero, out, rows: int) -> None:
 
 
 @inlined
-def largest(block, rows: int) -> Any:
+def largest(block, rows: int):
     """Return the largest absolute value in any row and lane; NaN if there is one."""
     worst = abs(block[0])
     for r in range(1, rows):

@@ -1,7 +1,5 @@
 """Small systems of equations over blocks: a few constraints, matrices stored row after row."""
 
-from typing import Any
-
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum, plain, top
 
@@ -83,7 +81,7 @@ def contract(n: int, rows: int, left, right, out) -> None:
 
 
 @helper
-def largest(count: int, numbers) -> Any:
+def largest(count: int, numbers):
     """Return the largest size of so many numbers; where one is not finite, it is not either."""
     found = 0.0 * numbers[0]
     for i in range(count):
@@ -92,7 +90,7 @@ def largest(count: int, numbers) -> Any:
 
 
 @helper
-def along(n: int, m: int, i: int, rows, weights) -> Any:
+def along(n: int, m: int, i: int, rows, weights):
     """Return component i of ``rowsᵀ weights``."""
     total = rows[i] * weights[0]
     for a in range(1, m):
@@ -101,7 +99,7 @@ def along(n: int, m: int, i: int, rows, weights) -> Any:
 
 
 @helper
-def across(n: int, a: int, rows, vector) -> Any:
+def across(n: int, a: int, rows, vector):
     """Return component a of ``rows vector``."""
     total = rows[a * n] * vector[0]
     for i in range(1, n):

@@ -13,7 +13,6 @@ Matrices are plain numbers; L, and what is solved for, may have derivatives.
 """
 
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import lane, like, plain, total
@@ -98,7 +97,7 @@ def newton_work(rows: int, groups: int, stages: int, params: int, scratch: int) 
 
 
 @inlined
-def stages_of(coefficients, memory, work, groups: int, rows: int) -> Any:
+def stages_of(coefficients, memory, work, groups: int, rows: int):
     """Return all that Newton's iteration reads and writes, by name."""
     given = sections(coefficients, gauss_coefficients(rows, groups, REST))
     layout = newton_coefficients(groups)

@@ -5,7 +5,6 @@ values, and 0 where there are fewer directions.
 """
 
 from collections import namedtuple
-from typing import Any
 
 from ..compiling.recorded import inlined
 from ..numbers.blocks import REST, Block, packed, scalar_block, section, sections
@@ -41,7 +40,7 @@ def sizes_of(given) -> Sizes:
 
 
 @inlined
-def pieces_of(given) -> Any:
+def pieces_of(given):
     """Return the numbers of the pieces that rows of the state belong to."""
     return section(given, GIVEN, "pieces")
 
