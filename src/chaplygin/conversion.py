@@ -4,7 +4,7 @@ from typing import Any
 
 import geomint as gi
 
-from .manifold import Array, Named, skew_matrix
+from .manifold import Array, skew_matrix
 
 CARRIED = ("g", "r")  # what reductions forget
 
@@ -37,7 +37,7 @@ def converted(y: Any, source: gi.Problem, target: gi.Problem) -> Array:
     array([0.6, 0. , 0.8])
     """
     state = source.canonical(y)
-    common: Named = dict(source.physical_state(state))
+    common = dict(source.physical_state(state))
     if "gamma" in common:  # as a matrix k means the same for vectors and for triangles
         common["k"] = skew_matrix(common["k"], len(common["gamma"]))
     both = dict(source.pieces).keys() & dict(target.pieces).keys()

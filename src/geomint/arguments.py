@@ -115,12 +115,12 @@ def as_array(name: str, value: Any, expected: str = "numbers", kind: Any = np.fl
 def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
     """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (rows,):
-        given: Array = value.copy()
+        given = value.copy()
         if math.isfinite(sum(given.tolist())) if rows <= SHORT else np.isfinite(given).all():
             return given  # a sum may overflow: see below
     rows = whole("rows", rows, 0)
     expected = f"{numbers_of(rows)}{detail}"
-    vector: Array = as_array(name, value, expected).reshape(-1)
+    vector = as_array(name, value, expected).reshape(-1)
     if len(vector) != rows:
         raise DomainError(name, value, f"{expected}, got {len(vector)}")
     if not np.isfinite(vector).all():
@@ -183,7 +183,7 @@ def by_name(
         pairs = list(wanted.items() if isinstance(wanted, Mapping) else ((None, x) for x in wanted))
     except Exception:  # whatever a foreign object raises there
         raise DomainError(what, wanted, expected) from None
-    chosen: dict[str, T] = {}
+    chosen = {}
     for given, one in pairs:
         found = made(one)
         name = name_of(found) if given is None else given

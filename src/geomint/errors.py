@@ -284,7 +284,7 @@ def keeping(function: Callable[P, R]) -> Callable[P, R]:
     def kept(*args: P.args, **named: P.kwargs) -> R:
         with Gathered() as told:
             try:
-                found: Any = function(*args, **named)
+                found = function(*args, **named)
             except StepError as error:
                 if error.partial is not None:
                     vars(error.partial)["warnings"] = tuple(told)

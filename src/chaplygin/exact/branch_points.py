@@ -235,9 +235,9 @@ def _separation(
     constants: Constants, paired: Array, alpha: list[int], roots: list[int], bits: int
 ) -> Separation:
     """Return what is known with the roots, in double-doubles."""
-    axes: list[Point] = list(zip(alpha, range(len(alpha)), strict=True))
+    axes = list(zip(alpha, range(len(alpha)), strict=True))
     single = [point for point, pair in zip(axes, paired, strict=True) if not pair]
-    points: list[Point] = sorted([*single, *((e, None) for e in roots)], key=lambda x: x[0])
+    points = sorted([*single, *((e, None) for e in roots)], key=lambda x: x[0])
     ends = list(zip(points[::2], points[1::2], strict=True))
     one = 1 << bits
 

@@ -65,9 +65,9 @@ def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
     geomint.FormError
         If the problem has no exact flow.
     """
-    rows: list[Any] = []
-    conditions: list[float] = []
-    refused: dict[int, str] = {}
+    rows = []
+    conditions = []
+    refused = {}
     if not isinstance(problem, gi.Problem):
         raise gi.DomainError("problem", problem, "a geomint.Problem")
     try:

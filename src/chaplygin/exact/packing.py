@@ -120,7 +120,7 @@ def padded(values: Array) -> Array:
     """Return the numbers with zeros after them, 2^k in all: `evaluated` checks each length once."""
     if len(values) > MOST_CHECKED:
         return values
-    size: int = 2 ** int(np.ceil(np.log2(max(len(values), 1))))
+    size = 2 ** int(np.ceil(np.log2(max(len(values), 1))))
     return np.concatenate([values, np.zeros(size - len(values))])
 
 

@@ -113,7 +113,7 @@ def _points(strip: float, separation: Separation) -> int:
             f"{ratio:.3g} times as wide as their distance, condition {ratio:.3g}"
         )
         raise gi.DomainError("state", separation.polynomial, expected)
-    power: int = 2 ** math.ceil(math.log2(needed))
+    power = 2 ** math.ceil(math.log2(needed))
     return 3 * power // 4 if needed <= 3 * power // 4 else power
 
 

@@ -51,7 +51,7 @@ class Quadrature:
 
 def finite_times(name: str, values: Any, longest: float) -> Array:
     """Return times as an array, or raise `DomainError` for what is no finite number, or too large."""
-    times: Array = as_array(name, values, "real numbers")
+    times = as_array(name, values, "real numbers")
     if (np.abs(times) <= longest).all():
         return times
     if not np.isfinite(times).all():

@@ -23,7 +23,6 @@ from geomint.report.pages import (
 from geomint.report.paper import Paper, Table, scene_facts
 from geomint.report.text import number, parameters_told
 
-from ..manifold import Array
 from .motion import TURNS, motion_panels, sampled
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def exact_record(
     why; `ovals` are the intervals of the separated coordinates, `longest` is the time τ beyond which
     phases mean nothing.
     """
-    record: Record = {
+    record = {
         "representation": name,
         "n": len(exact.a),
         "ovals": exact.ovals,
@@ -178,7 +177,7 @@ def _panel(draw: Any) -> Any:
 def _save(problem: gi.Problem, exact: ExactFlow, path: Path) -> None:
     """Write the separated coordinates and the states that the picture shows, a row for each time."""
     tau, lam = sampled(exact)
-    states: Array = exact.at_tau(tau)
+    states = exact.at_tau(tau)
     names = [f"lambda[{k}]" for k in range(lam.shape[1])]
     pieces = [f"{piece}[{k}]" for piece, rows in problem.pieces for k in range(rows)]
     with path.open("w", newline="", encoding="utf-8") as stream:

@@ -28,7 +28,7 @@ _STRAIGHT = tuple(
 
 def cases() -> list[gi.StressCase]:
     """Return motions that are steady, and such at a distance from them."""
-    kinds: tuple[tuple[str, Build, tuple[str, ...]], ...] = (
+    kinds = (
         ("straight", straight, _STRAIGHT),
         ("upright", upright, _UPRIGHT),
     )

@@ -79,7 +79,7 @@ def motion(name: str, a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
     direction γ. The potentials of ``neumann`` and ``clebsch`` grow with (p, p), so that p has no unit
     there either.
     """
-    numbers: Named = {"a": a, "D": d}
+    numbers = {"a": a, "D": d}
     state = {"gamma": gamma, "p": p}
     if name in ("group", "poisson"):
         state = {"gamma": gamma, "k": spinning(gamma, p)}

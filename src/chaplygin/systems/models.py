@@ -10,7 +10,7 @@ import geomint as gi
 from ..ball.sphere import ChaplyginSphere
 from ..inertia import SpecialInertia
 from ..initial_states import initial_momentum, initial_tangent, momentum_free
-from ..manifold import Array, Named, flat_triangle, skew_matrix, vector_of_triangle, wedge
+from ..manifold import Array, flat_triangle, skew_matrix, vector_of_triangle, wedge
 from .reductions import TANGENT, equal_axes, momentum_lift, tangent_reductions
 
 Problems = dict[str, gi.Problem]
@@ -80,7 +80,7 @@ def _ball_problems(
 ) -> tuple[Problems, Problems]:
     """Return the problems without and with the attitude, `first` before the other."""
     k0 = k if g is None else spatial_momentum(g, k, sphere.n)
-    makers: Named = {"ball": (sphere.ball, k0)}
+    makers = {"ball": (sphere.ball, k0)}
     if sphere.n == 3:
         makers["classical"] = (sphere.classical, vector_of_triangle(k0))
     makers = {first: makers[first], **makers}

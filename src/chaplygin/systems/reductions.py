@@ -76,8 +76,8 @@ def equal_axes(
 
 def planes(a: Array, gamma: Array, p: Array) -> tuple[Array, Array]:
     """Return Q, shape (n, n′), and the a_i that are left, shape (n′,)."""
-    columns: list[Array] = []
-    left: list[float] = []
+    columns = []
+    left = []
     for value in dict.fromkeys(a.tolist()):
         group = np.flatnonzero(a == value)
         inner = spanned(gamma[group], p[group]) if len(group) > 2 else np.eye(len(group))

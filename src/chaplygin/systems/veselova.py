@@ -50,7 +50,7 @@ def _build(parameters: VeselovaParameters, initial: VeselovaInitial) -> gi.Model
     if parameters.f1 != 0.0 and "D" in parameters.model_fields_set and "p_tilde" not in given:
         expected = "none with f1 ≠ 0: it is the unit of τ and of p_tilde, and neither is there"
         raise gi.DomainError("D", parameters.D, expected)
-    problems: dict[str, gi.Problem] = {}
+    problems = {}
     if parameters.f1 == 0.0:
         problems = {"reduced": body.reduced(), "hamiltonized": body.hamiltonized()}
     if parameters.moments is None:

@@ -46,7 +46,7 @@ def command(
     for_drift = for_drift or methods is not None
     chosen = options.chosen_scene(scene, for_drift, **changes)
     with options.patience("planning"):
-        plans: dict[str, Plan | str] = {}
+        plans = {}
         if for_drift:
             plans = expected_plans(chosen, options.methods_of(chosen, methods, changes), costs=True)
         else:

@@ -16,7 +16,7 @@ def signals_as_ctrl_c() -> Iterator[list[int]]:
     Whoever has taken over Ctrl-C, such as a run, gets it. A signal that is ignored, as under
     ``nohup``, stays so.
     """
-    received: list[int] = []
+    received = []
 
     def pass_on(number: int, frame: FrameType | None) -> None:
         received.append(number)

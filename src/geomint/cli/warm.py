@@ -26,7 +26,7 @@ def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> 
     from ..plan.several import warm
     from ..scene import load_scene, scene_names
 
-    failure: GeomintError | None = None
+    failure = None
     for name in scenes or scene_names():
         begun = time.perf_counter()
         try:

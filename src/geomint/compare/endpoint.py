@@ -84,7 +84,7 @@ def endpoint_of(
     own = next(iter(model.problems.values()))
     if reference not in get_args(Source):
         raise DomainError("reference", reference, f"one of {list(get_args(Source))}")
-    found: tuple[str, Problem, Reference] | None = None
+    found = None
     if reference == "exact" or (reference == "auto" and _takes_minutes(model, end)):
         report("reference solution by the exact flow")
         try:

@@ -7,7 +7,6 @@ state costs.
 import numpy as np
 
 from ..arguments import Array
-from ..problems.exact_motion import ExactMotion
 from ..problems.problem import Problem
 from .confirmation import confirm
 from .reference_record import SMALL, Reference
@@ -28,7 +27,7 @@ def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Refer
         If its estimated error, or the second method, leaves more than a tenth of errors of 1e-5
         uncertain.
     """
-    motion: ExactMotion = problem.exact(y0)
+    motion = problem.exact(y0)
     in_tau = problem.time == "tau"
     if "tau_end" in end:
         tau = float(end["tau_end"])

@@ -152,7 +152,7 @@ def warm_method(scene: Scene, method: str | Method) -> None:
     physical = {"t_end": end.get("t_end") or _physical_end(own, scene, own_end)}
     same = problem is own and "tau_end" in end
     watched = [*problem.invariants, *problem.constraints]
-    timed: dict[str, Any] = {**end, "clock": False} if same else physical
+    timed = {**end, "clock": False} if same else physical
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for options in (timed, {**physical, "observe": watched}):

@@ -20,7 +20,6 @@ from ..methods import Method, find_method
 from ..plan.fitting import representation_for
 from ..problems.systems import Model
 from ..run.many import Outcome, attempt, run_many
-from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
@@ -143,8 +142,8 @@ def compare(
             return
         y0, own_end = model.states[name], next(iter(end.values()))
         base = (first_steps or {}).get(method.name)
-        best: partial[Solution] | None = None
-        last: Point | None = None
+        best = None
+        last = None
         for variant, step in ladder(method, problem, y0, given, base, own_end):
             options = variant.options
             setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"

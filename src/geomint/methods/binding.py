@@ -3,7 +3,6 @@
 import functools
 from collections import namedtuple
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -67,9 +66,8 @@ def takes_lanes(f: Bound, params: Array, compiled: bool, **blocks: Array) -> boo
     `blocks` are what it is tried on in plain Python, by name.
     """
     if compiled:
-        found: bool = f.recorded.made(_tests(f.signature))
-        return found
-    values: dict[str, Any] = {"params": Block(params), "t": Lanes(np.zeros(LANES))}
+        return f.recorded.made(_tests(f.signature))
+    values = {"params": Block(params), "t": Lanes(np.zeros(LANES))}
     for name, numbers in blocks.items():
         values[name] = LaneBlock(np.repeat(numbers[:, None], LANES, axis=1))
     try:

@@ -173,8 +173,7 @@ class Carried:
 
     def kept(self, name: str) -> Array:
         """Return what is kept under a name; a view."""
-        view: Array = section(self._kept, kept_layout(self.sizes), name).data
-        return view
+        return section(self._kept, kept_layout(self.sizes), name).data
 
 
 def _orthonormal(tangents: Array, directions: Array, scales: Array) -> Array:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import CONSTRAINT, GRADIENTS, VALUE
@@ -25,7 +24,7 @@ def lane_hamiltonian(s: Start) -> tuple[tuple[Bound, ...], int, int, int]:
     functions, n, m = hamiltonian_of(s)
     work, params, q, p = s.problem.work, s.problem.params, s.y0[:n], s.y0[n:]
     out, scratch = np.zeros(n), np.zeros(work)
-    blocks: tuple[dict[str, Array], ...] = (
+    blocks = (
         {"q": q, "p": p, "dq": out, "dp": out},
         {"q": q, "g": np.zeros(m), "G": np.zeros(m * n)},
         {"y": s.y0},

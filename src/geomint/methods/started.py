@@ -37,8 +37,7 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
 
 
 def _kept(s: Start) -> dict[Any, tuple[Stepper, list[str]]]:
-    kept: Kept = s.problem.__dict__.setdefault("_started", Kept())
-    return kept
+    return s.problem.__dict__.setdefault("_started", Kept())
 
 
 def _now(method: Method, s: Start, stepper: Stepper) -> list[str]:

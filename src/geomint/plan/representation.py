@@ -105,7 +105,7 @@ def wanted_watchers(c: Asked, problem: Problem) -> dict[str, Watcher | None]:
     group says "whatever keeps the state on its manifold". A constraint that is named is meant itself.
     """
     own, constraints = c.scene.problem, list(problem.constraints)
-    wanted: list[str] = []
+    wanted = []
     for quantity in c.content.observe.quantities:
         if quantity == "constraints":
             wanted += constraints
@@ -243,7 +243,7 @@ def route_with(
     """
     asked, own = c.content.integrate.representation, c.route(c.own)
     wanted = list(c.model.problems) if asked is None else [c.own if asked == "own" else asked]
-    obstacles: Reasons = {}
+    obstacles = {}
     for name in wanted:
         problem = c.model.problems[name]
         lacking = ", ".join(n for n in names if not has(problem, n))

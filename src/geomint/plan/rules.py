@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from ..errors import SceneError, StepError
+from ..errors import SceneError
 from ..kernels.solve.status import NOT_CONVERGED
 from ..methods.method import Method, Start
 from ..problems.evaluate import value
@@ -233,9 +233,7 @@ def estimate_evaluations(
     if implicit:  # Newton's method, and many iterations, would take minutes in plain Python
         if method.options.get("iteration") == "newton":
             return Choice(what, None, "not known", "Newton's method is not tried before the run")
-        changed: dict[str, object] = {
-            "max_iterations": min(method.options["max_iterations"], _PROBE_CAP)
-        }
+        changed = {"max_iterations": min(method.options["max_iterations"], _PROBE_CAP)}
         if "iteration" in method.options:
             changed["iteration"] = "fixed-point"
         method = method.with_options(**changed)
@@ -259,7 +257,7 @@ def estimate_evaluations(
         )
         return Choice(what, None, "not known", reason)
     if rest.status:
-        error: StepError = stepper.error(rest, 0 if first.status else 1)
+        error = stepper.error(rest, 0 if first.status else 1)
         return Choice(what, None, "the run will fail", str(error))
     iterations = rest.iterations / tried
     total = steps * iterations * stepper.evaluations

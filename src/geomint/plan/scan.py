@@ -126,7 +126,7 @@ def _usual(problem: Problem) -> list[str]:
 
 def _with_errors(readings: dict[str, Reading]) -> dict[str, Reading]:
     """Return readings with what says how sure exponents are, which costs nothing beside them."""
-    found: dict[str, Reading] = {}
+    found = {}
     for name, reading in readings.items():
         found[name] = reading
         if type(reading) is Exponents:
@@ -158,7 +158,7 @@ def _members(
     section, states = scene.content.ensemble, []
     problems: list[Problem] = []
     values: list[tuple[float, ...]] = []
-    changed: list[str] = []
+    changed = []
     for numbers, model, note in varied_models(scene, variations):
         if route.name not in model.problems:
             where = told_values(variations, numbers)

@@ -8,7 +8,7 @@ import numpy as np
 from ..arguments import Array
 from ..errors import SceneError, quoted
 from ..kernels.compiling.sameness import Compared
-from ..methods import Exact, Method
+from ..methods import Exact
 from ..run.events import Event
 from ..run.level import states_on_level
 from ..run.poincare import poincare_section
@@ -46,7 +46,7 @@ class SectionPlan(Compared):
     def run(self, progress: bool | None = None) -> Section:
         """Return the section; after Ctrl-C what was found by then."""
         content, problem = self.scene.content, self.route.problem
-        exact: tuple[Method, None] = (Exact(), None)
+        exact = (Exact(), None)
         method, step = exact if self.exact else wanted_step(self.scene, problem, self.route.state)
         return poincare_section(
             problem,

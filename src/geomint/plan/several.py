@@ -159,7 +159,7 @@ def run_methods(
     """
     variants = _labelled_scenes(scene, methods)
     result = SeveralRuns(scene)
-    plans: dict[str, Plan] = {}
+    plans = {}
 
     def physical_end() -> float:
         if result.physical_end is None:

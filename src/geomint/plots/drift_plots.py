@@ -41,7 +41,7 @@ def drift_figure(runs: Runs, time: str, status: str = "success") -> Figure:
     with its sign. Several runs: the largest deviations of all of them together.
     """
     names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
-    draws: list[Draw] = []
+    draws = []
     for name in names:
         if len(runs) == 1:
             drift = runs[0][1][name]  # no legend for a single run

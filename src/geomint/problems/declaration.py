@@ -61,7 +61,7 @@ def check_problem(
     tuple
         The form, and the fingerprints of what is integrated.
     """
-    seen: list[bool] = problem.__dict__.setdefault("_all_seen", [])
+    seen = problem.__dict__.setdefault("_all_seen", [])
     if problem.rows <= FEW and not seen:
         _check_all(problem, y)
         seen.append(True)
@@ -124,7 +124,7 @@ class Kept(dict[Any, Any]):
 def kept_with(problem: Problem, key: Hashable, make: Callable[[], T]) -> T:
     """Return what a problem keeps under a key, made when it is asked for first."""
     kept = problem.__dict__.setdefault("_kept", Kept())
-    found: T | None = kept.get(key)
+    found = kept.get(key)
     if found is None:
         if len(kept) >= MOST:
             kept.clear()
@@ -256,13 +256,13 @@ def _check_group(problem: Problem, group: Group) -> None:
         "extent": {"u": element},
     }
     for name, arrays in takes.items():
-        f: Recorded | None = getattr(group, name)
+        f = getattr(group, name)
         if f is None:
             continue
         key = (name, f.fingerprint, group.layout.tobytes(), m, n, group.work)
         if key in _fitting_groups:
             continue
-        arguments: dict[str, Any] = {
+        arguments = {
             block: Given(block, data) for block, data in {"layout": group.layout, **arrays}.items()
         }
         if name != "extent":

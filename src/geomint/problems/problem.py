@@ -154,7 +154,7 @@ class Problem(Shown, Sendable):
         if not np.array_equal(self.params[: len(space.params)], space.params):
             expected = f"parameters that begin with those of the space, {space.params}"
             raise DomainError("params", self.params, expected)
-        taken: dict[str, Any] = {
+        taken = {
             "pieces": space.pieces,
             "make_state": self.make_state or space.project,
             "make_random": self.make_random or space.random,
@@ -180,7 +180,7 @@ class Problem(Shown, Sendable):
             if f is not None and count is not None and not _takes(f, count):
                 said = "one argument" if count == 1 else "two arguments"
                 raise DomainError(name, f, f"a function of {said}")
-        seen: set[str] = set()
+        seen = set()
         for group in _GROUPS:
             quantities = getattr(self, group)
             check_types(self, {group: Mapping})

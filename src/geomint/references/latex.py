@@ -95,7 +95,7 @@ def latex(text: str) -> str:
     text : str
         Of any characters. What has no command becomes its nearest in ASCII, or a question mark.
     """
-    found: list[str] = []
+    found = []
     characters = list(unicodedata.normalize("NFD", text))
     while characters:
         character = characters.pop(0)

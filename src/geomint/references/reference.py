@@ -90,7 +90,7 @@ class Reference:
     def text(self) -> str:
         """Return it as a list of references has it."""
         authors = ", ".join(_initials(author) for author in self.authors)
-        where: list[str] = []
+        where = []
         if self.journal:
             year = f"({self.year})" if self.year else ""
             where.append(" ".join(filter(None, (self.journal, self.volume, year, self.pages))))
@@ -111,7 +111,7 @@ class Reference:
     @property
     def bibtex(self) -> str:
         """Return its BibTeX entry, in ASCII."""
-        fields: dict[str, str] = {
+        fields = {
             "author": " and ".join(
                 latex(a) if "," in a else f"{{{latex(a)}}}" for a in self.authors
             ),

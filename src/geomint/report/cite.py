@@ -44,7 +44,7 @@ class Citation:
     @property
     def text(self) -> str:
         """Headings, and below each its sources."""
-        lines: list[str] = []
+        lines = []
         for heading, references in self.parts:
             lines += [f"{heading}:", *(f"  {one.text}" for one in references)]
             lines += [] if references else ["  no source is stated"]

@@ -85,7 +85,7 @@ def fitted_order(order: int, measured: Sequence[tuple[float, float]]) -> FittedO
 
 def _asymptotic(slopes: Array) -> tuple[int, int] | None:
     """Return the first and the last point of the longest part with slopes that agree, or None."""
-    best: tuple[int, int] | None = None
+    best = None
     for first in range(len(slopes)):
         for last in range(first + FEWEST - 2, len(slopes)):
             own = slopes[first : last + 1]

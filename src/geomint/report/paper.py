@@ -101,7 +101,7 @@ class Paper:
             name: save_for_print(figure, folder / f"{name}.pdf") for name, figure in figures.items()
         }
         keys = {what: self.citation.keys(what.lower()) for what in self.facts}
-        given: Record = {
+        given = {
             "stem": self.stem,
             "caption": self.caption,
             "table": self.table,

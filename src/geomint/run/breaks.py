@@ -16,7 +16,6 @@ from ..errors import DomainError, MethodError
 from ..methods.stepper import GAP
 from ..problems.problem import Problem
 from .integrator import Integrator
-from .restart import Restart
 from .solution import Solution
 from .timeline import Timeline, counted, ending, reached_by, within
 
@@ -27,7 +26,7 @@ def breaks_of(
     given: Any, problem: Problem | Solution, t0: float, t_end: Any, tau_end: Any
 ) -> tuple[float, ...]:
     """Return breaks in the order of the run, each once, or raise `DomainError`."""
-    restart: Restart | None = None
+    restart = None
     if isinstance(problem, Solution):
         former, problem = problem, problem.problem
         restart = former.restart

@@ -54,8 +54,7 @@ def check_callback(given: Any) -> Callback | None:
     if given is None:
         return None
     if callable(given):
-        chosen: Callback = given
-        return chosen
+        return given
     raise DomainError("callback", given, "a function f(reached), which may return True")
 
 

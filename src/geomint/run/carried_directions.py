@@ -67,14 +67,13 @@ class CarriedDirections:
     @property
     def state(self) -> Array:
         """The state where the steps have led, as a copy."""
-        found: Array = self._groups[0].memory[: self._stepper.rows, 0].copy()
-        return found
+        return self._groups[0].memory[: self._stepper.rows, 0].copy()
 
     @property
     def slopes(self) -> Array:
         """What has become of the directions, one a column; a copy."""
         n, count = self._shape
-        found: Array = np.hstack([group.memory[:n, 1:] for group in self._groups])[:, :count]
+        found = np.hstack([group.memory[:n, 1:] for group in self._groups])[:, :count]
         return np.ldexp(found, self._units)
 
     def take(self, t: float, h: float, steps: int, first: int = 0, before: int = 0) -> None:
@@ -179,8 +178,7 @@ class _Group:
         )
 
     def _block(self, rows: int) -> Block:
-        block: Block = self._held(scalar_block(rows * self._held.width).data)
-        return block
+        return self._held(scalar_block(rows * self._held.width).data)
 
     def take(self, t: float, h: float, first: int, count: int) -> Advance:
         """Take some steps after the first ones."""
@@ -194,14 +192,13 @@ def _units(numbers: Array, directions: Array) -> Array:
     """
     length, size = np.abs(directions).max(axis=0), np.abs(numbers).max(initial=0.0)
     exponents = np.frexp(length)[1] - np.frexp(max(size, SMALLEST) if size > 0.0 else 1.0)[1]
-    found: Array = np.where(length > 0.0, exponents, 0)
-    return found
+    return np.where(length > 0.0, exponents, 0)
 
 
 def columns(name: str, directions: Any, rows: int) -> Array:
     """Return directions that are given, one a column."""
     expected = f"finite numbers of shape ({rows}, k), {rows} rows with a direction a column"
-    found: Array = as_array(name, directions, expected)
+    found = as_array(name, directions, expected)
     fits = found.ndim == 2 and len(found) == rows and found.shape[1] > 0
     if not (fits and np.isfinite(found).all()):
         raise DomainError(name, directions, expected)

@@ -87,7 +87,7 @@ class Chains:
         temperature energies are the slowest).
         """
         done, needed, slowest = 0, float(PILOT), 0
-        moved: list[Array] = []
+        moved = []
         while done < needed:
             if done >= TRIED and needed > LONGEST:
                 break

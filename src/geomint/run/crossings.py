@@ -165,7 +165,7 @@ class Crossings:
 
     def _look_again(self, looks: dict[str, _Look], nodes: Nodes, known: Nodes, first: int) -> None:
         """Look once more where something went wrong in the step of the end: it may lie beyond it."""
-        tried: set[tuple[str, float]] = set()
+        tried = set()
         while (stop := self._earliest(self._ends(looks, nodes))) is not None:
             at = first + stop.node
             wrong = [name for name, look in looks.items() if look.error and look.node == at]

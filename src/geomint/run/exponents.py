@@ -7,7 +7,6 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import GeomintWarning
@@ -113,7 +112,7 @@ def standard_errors(t: Array, grown: Array) -> Array:
     """Return standard errors of the exponents: of means over parts, and of the two halves."""
     if not len(t):
         return np.full(grown.shape[1], np.inf)
-    at: npt.NDArray[np.int64] = np.searchsorted(t, np.linspace(0.0, t[-1], BLOCKS // 2 + 1)[1:])
+    at = np.searchsorted(t, np.linspace(0.0, t[-1], BLOCKS // 2 + 1)[1:])
     at = np.unique(np.concatenate([[0], np.minimum(at, len(t) - 1)]))
     if len(at) < 3:
         return np.full(grown.shape[1], np.inf)

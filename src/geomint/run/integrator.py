@@ -217,8 +217,7 @@ class Integrator:
     @property
     def state(self) -> Array:
         """The flat state, as a copy."""
-        state: Array = self.stepper.state[: self.problem.rows].copy()
-        return state
+        return self.stepper.state[: self.problem.rows].copy()
 
     @state.setter
     def state(self, state: Any) -> None:

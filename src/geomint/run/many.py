@@ -71,7 +71,7 @@ def attempt(
     enough : float
         Seconds after which it is not repeated.
     """
-    seconds: list[float] = []
+    seconds = []
     compiling = 0.0
     try:
         while True:

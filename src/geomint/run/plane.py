@@ -135,7 +135,7 @@ def boundary(problem: Problem, plane: Plane, states: Array) -> Boundary | None:
     (x_low, x_high), (y_low, y_high) = (_span(v, size) for v in plane.coordinates(states))
     if plane.period is not None:
         x_low, x_high = -0.5 * plane.period, 0.5 * plane.period
-    found: Boundary | None = None
+    found = None
     for _ in range(WIDENED):
         x, y = np.linspace(x_low, x_high, CELLS), np.linspace(y_low, y_high, CELLS)
         least = _least(problem, function, plane, x, y, size)
@@ -166,7 +166,7 @@ def _least(
     rest = np.abs(middle + 2.0 * first + 4.0 * second - beyond)
     if not (second > 0.0).all() or (rest > PARABOLA * (np.abs(beyond) + np.abs(second))).any():
         return None
-    found: Array = middle - first * first / (4.0 * second)
+    found = middle - first * first / (4.0 * second)
     return found.reshape(across.shape)
 
 

@@ -200,7 +200,7 @@ class _NotebookBar:
     """A bar in the output of a cell, of which nothing is left when it stops: not in exports either."""
 
     def __init__(self, label: str, total: float | None) -> None:
-        display: Any = sys.modules["IPython"].display.display
+        display = sys.modules["IPython"].display.display
         self._label, self._total = label, total
         self._handle = display({"text/plain": ""}, raw=True, display_id=True)
 

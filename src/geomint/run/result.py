@@ -72,14 +72,12 @@ class Result(Compared):
     @property
     def about(self) -> Problem | StoredProblem:
         """The problem, or all that a file tells of it without its functions."""
-        known: Problem | StoredProblem = vars(self)["problem"]
-        return known
+        return vars(self)["problem"]
 
     @property
     def by(self) -> Method | StoredMethod:
         """The method, as `about` is the problem."""
-        known: Method | StoredMethod = vars(self)["method"]
-        return known
+        return vars(self)["method"]
 
     def _compared(self) -> list[Any]:
         """Return all that is data; what has no code here is compared by what is known of it."""

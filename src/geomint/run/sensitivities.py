@@ -160,7 +160,7 @@ StepSizeError
     names = [observe] if isinstance(observe, str | Recorded | FunctionType) else observe
     if not isinstance(names, Iterable):
         raise DomainError("observe", observe, "names of quantities, or functions")
-    quantities: dict[str, Quantity] = {}
+    quantities = {}
     functions: dict[str, Recorded] = {}
     for each in names:
         f = observable_of(p, each, flow.y)

@@ -179,7 +179,7 @@ def solve(
         Likewise, where what watches a quantity fails, or the callback.
     """
     known = locals()  # the arguments: nothing else has a name yet
-    named: dict[str, Any] = {name: known[name] for name in known if name not in CHOSEN}
+    named = {name: known[name] for name in known if name not in CHOSEN}
     named["longest"] = None if longest is None else positive("longest", longest)
     if breaks is not None:
         named["breaks"] = breaks_of(breaks, problem, finite("t0", t0), t_end, tau_end)
@@ -427,7 +427,7 @@ def _solved(
     elif given and step is not None and may_lose(solution, True):
         tell_lost_integrals(solution, state, timeline.start, given, compiled)
     if estimate_error:
-        again: Callable[..., Solution] = partial(
+        again = partial(
             _solved,
             problem,
             y0,

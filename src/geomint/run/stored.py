@@ -116,8 +116,7 @@ class StoredProblem(Stored):
 
     def found(self) -> Problem:
         """Return the problem of the system, or that whose functions are where they were."""
-        problem: Problem = self._of_system() or super().found()
-        return problem
+        return self._of_system() or super().found()
 
     def fits(self, problem: Problem) -> bool:
         """Tell whether a problem has this name, these pieces and parameters, bit by bit."""

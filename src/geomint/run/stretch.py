@@ -71,7 +71,7 @@ def stretch_of(solution: Solution, span: Any = None) -> Stretch:
     DomainError
         For a span outside of the run, and a run that has fewer than two states there.
     """
-    time: Time = time_of(solution)
+    time = time_of(solution)
     if solution.kept is not None:
         return _of_dense(solution, time, span)
     return _of_saved(solution, time, span)

@@ -88,7 +88,7 @@ def tangent_flow(
     (6, 6)
     """
     chosen = find_solver(method, problem)
-    given: dict[str, Any] = {"t_end": t_end, "tau_end": tau_end, "t0": t0}
+    given = {"t_end": t_end, "tau_end": tau_end, "t0": t0}
     alone = {**given, "progress": False, "clock": None if tau_end is None else False}
     if isinstance(chosen, Adaptive):
         run = solve(problem, y0, method=chosen, step=step, save_every=1, **alone)

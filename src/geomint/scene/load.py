@@ -56,7 +56,7 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
-    found: tuple[str, Any, str | None, bool] = ("scene", source, None, False)
+    found = ("scene", source, None, False)
     name, content, text, builtin = _found(source) if isinstance(source, str | PathLike) else found
     from .scene import Scene
 

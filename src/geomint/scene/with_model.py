@@ -104,7 +104,7 @@ def _observation(model: Model, content: Content) -> Iterator[str]:
 
 def _events(model: Model, content: Content) -> Iterator[str]:
     """Yield what ``[events]`` and ``[section]`` name and no representation has."""
-    names: list[str] = []
+    names = []
     for problem in model.problems.values():
         names += [f"{piece}[{i}]" for piece, rows in problem.pieces for i in range(rows)]
         names += [piece for piece, rows in problem.pieces if rows == 1]

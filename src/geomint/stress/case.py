@@ -114,7 +114,7 @@ class StressCase:
 
 def stress_cases() -> list[StressCase]:
     """Return the cases of all packages, axis by axis."""
-    found: list[StressCase] = []
+    found = []
     for point in sorted(entry_points(group="geomint.stress"), key=lambda p: p.name):
         try:
             cases = list(loaded(point)())

@@ -271,7 +271,7 @@ def _failed(error: StepError) -> Found:
 
 def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> Found | None:
     """Return the verdict on the worst preserved quantity if it is lost, else None."""
-    found: list[tuple[float, float, str]] = []
+    found = []
     turns = max(1.0, abs(end) / trial.time)
     # Orbits are kept with any generator; all else with what rounding makes of the field.
     noise = trial.field_rounding * abs(end) if method.needs != "action" else 0.0
@@ -325,7 +325,7 @@ def _accuracy(trial: Trial, method: Method, solution: Solution, end: float, step
         return relative_error(trial.named(y), right)
 
     sure = {"known": known.known, "confirmed": known.confirmed} if known else {}
-    found: Found = {**sure}
+    found = {**sure}
     exact = trial.steady and "steady motions" in method.keeps
     hopeless = False
     try:

@@ -38,7 +38,7 @@ def stress_record(
     Its `processor_seconds` are those of this process and of all that it has ended.
     """
     counts = Counter(cell.verdict for cell in cells)
-    record: Record = finite_json(
+    return finite_json(
         {
             "cells": [asdict(cell) for cell in cells],
             "axes": [asdict(axis) for axis in axes],
@@ -53,7 +53,6 @@ def stress_record(
             },
         }
     )
-    return record
 
 
 def write_stress_report(record: Record, methods: Sequence[str], out: Path) -> Path:

@@ -166,7 +166,7 @@ def _draw_panel(
 ) -> None:
     from matplotlib.collections import PolyCollection
 
-    places: dict[Place, list[CellRecord]] = defaultdict(list)
+    places = defaultdict(list)
     for cell in panel.cells:
         places[cell["method"], cell["label"]].append(cell)
     squares, colours = [], []

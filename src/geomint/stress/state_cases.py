@@ -228,7 +228,7 @@ def _of_problem(
 
     for pieces in resting_pieces(problem, y0):
         yield from along(REST, _RESTS, "-".join(pieces), resting(problem, y0, pieces))
-    kinds: dict[str, Make] = {"zero-rows": zero_rows, "equal-rows": equal_rows}
+    kinds = {"zero-rows": zero_rows, "equal-rows": equal_rows}
     for kind, make in kinds.items():
         yield from along(ZEROS, _ZEROS, kind, _first(problem, y0, make))
     special = _first(problem, y0, on_axes)

@@ -36,7 +36,7 @@ def steps(sources: Iterable[Source]) -> list[StressCase]:
 
     A representation that an earlier one has, with as many numbers, is not stressed again.
     """
-    found: list[StressCase] = []
+    found = []
     seen: set[tuple[str, int]] = set()
     for source, build in sources:
         model = build()

@@ -126,7 +126,7 @@ def items_of(
     group begins with the last methods: processes side by side do not compile the same.
     """
     groups: dict[tuple[Any, ...], list[Item]] = {}
-    judged: list[Cell] = []
+    judged = []
     for number in numbers:
         case = _cases()[number]
         try:
@@ -203,7 +203,7 @@ def cell_of(outcome: Outcome) -> Cell:
     """Return the cell of an item, also of one that hung or whose process died."""
     if outcome.ending == "done":
         return outcome.value
-    item: Item = outcome.item
+    item = outcome.item
     verdict = "hung" if outcome.ending == "hung" else "untyped"
     found = {"verdict": verdict, "message": outcome.message, "seconds": outcome.seconds}
     return _cell(_cases()[item.case], item.representation, item.method, found)
@@ -254,7 +254,7 @@ def run_selection(
     if not groups and not judged:
         raise GeomintError("none of these --methods fits any of these cases")
     listener.begin(len(judged) + sum(len(group) for group in groups))
-    cells: list[Cell] = []
+    cells = []
 
     def take(cell: Cell) -> None:
         cells.append(cell)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..references.literature import BUTCHER_1964
 from ._collocation import DIGITS, HALF, extrapolation, halves, halves_about_half
-from ._exact import Array, Row, read_only
+from ._exact import Array, read_only
 from ._tableau import Tableau
 
 _TABLEAU_TOLERANCE = Fraction(1, 10**45)
@@ -50,7 +50,7 @@ class GaussTableau:
     @cached_property
     def tableau(self) -> Tableau:
         """The method as a rational tableau, symmetric and symplectic without any remainder."""
-        b: Row = tuple(Fraction(x) for x in self.weights)
+        b = tuple(Fraction(x) for x in self.weights)
         A = tuple(
             tuple(b_j * (Fraction(1, 2) + Fraction(x)) for b_j, x in zip(b, e, strict=True))
             for e in self.skew

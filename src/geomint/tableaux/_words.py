@@ -31,7 +31,7 @@ def exponential(
     one : Fraction or Decimal
         The number 1.
     """
-    series: dict[tuple[Letter, ...], Number] = {}
+    series = {}
 
     def extend(word: tuple[Letter, ...], value: Number, room: int) -> None:
         """Enter a word and all words that begin with it."""

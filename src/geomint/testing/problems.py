@@ -75,7 +75,7 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
     if problem.measure is not None and problem.field is not None:
         for y in chosen:
             _check_measure(problem, problem.measure, y)
-    base: Problem | None = None if problem.measure is None else problem.measure.base
+    base = None if problem.measure is None else problem.measure.base
     if base is not None and base.measure is not None:
         for y in chosen:
             off = off_base(problem, base, y, 0.0)

@@ -3,7 +3,6 @@
 import contextlib
 import pickle
 import warnings
-from typing import Any
 
 import numpy as np
 
@@ -198,7 +197,7 @@ def _check_tangents(space: Space, y: Array, v: Array) -> None:
 
 def _check_scale(space: Space, y: Array, scale: float) -> None:
     """Where a vector of a bundle is admissible, so is it in any length, bit for bit."""
-    parts: dict[str, Any] = space.split(y)
+    parts = space.split(y)
     for factor in space.factors:
         for name, _ in factor.pieces[1:]:
             parts[name] = scale * parts[name]

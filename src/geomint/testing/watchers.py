@@ -50,13 +50,13 @@ def check_watcher(
     before, own = copy.copy(watcher), problem.canonical(y0)
 
     def run(end: float, observe: Any, every: int = 1) -> Any:
-        options: dict[str, Any] = {end_name: end, "observe": observe, "observe_every": every}
+        options = {end_name: end, "observe": observe, "observe_every": every}
         options |= {"compiled": False, "progress": False}
         return solve(problem, own, step=step, method=method, **options)
 
     for end in (STEPS * step, -STEPS * step, (STEPS + 0.4) * step):
         alone = run(end, {"it": watcher})
-        drift: Drift = alone.drift["it"]
+        drift = alone.drift["it"]
         sure(same(vars(watcher), vars(before)), f"{name}: a run changes the watcher itself")
         hold(run(end, ()).y[-1], alone.y[-1], f"{name} changes the run that it watches")
         again = run(end, {"other": watcher, "it": watcher}).drift["it"]
@@ -80,8 +80,8 @@ def _in_chunks(
     watch.prepare()
     out = scalar_block(STEPS * stepper.rows)
     stepper.advance(0, STEPS, 1, out)
-    states: Array = out.data.reshape(STEPS, -1)
-    times: Array = step * np.arange(1.0, STEPS + 1.0)
+    states = out.data.reshape(STEPS, -1)
+    times = step * np.arange(1.0, STEPS + 1.0)
     seen = Seen(times, times, states, np.ones(STEPS, dtype=bool), step)
     for first in range(0, STEPS, size):
         watch.add(seen.of(slice(first, first + size)))

@@ -91,7 +91,7 @@ def birkhoff_average(values: Any) -> Average:
     'regular'
     """
     expected = f"at least {FEWEST} finite numbers, or rows of them"
-    samples: Array = as_array("values", values, expected)
+    samples = as_array("values", values, expected)
     shaped = samples.ndim in (1, 2) and samples.size > 0 and len(samples) >= FEWEST
     if not (shaped and np.isfinite(samples).all()):
         raise DomainError("values", values, expected)

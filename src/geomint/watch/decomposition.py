@@ -75,7 +75,7 @@ def without_jumps(x: Array, series: Array, least: float) -> tuple[Part, list[Jum
     Jumps below half of `least` are left in it, as are those below `least` that only a fit finds.
     """
     part = plain = taken_apart(x, series, [])
-    jumps: list[Jump] = []
+    jumps = []
     for _ in range(2):
         beside = part.rest + (series - part.series)  # what oscillations leave, jumps and all
         jumps = find_jumps(beside, 0.5 * least)

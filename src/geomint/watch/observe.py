@@ -45,7 +45,7 @@ def choose_watchers(problem: Problem, wanted: Any) -> dict[str, Watcher]:
     if not all(isinstance(name, str) for name in names):
         raise DomainError("observe", wanted, expected)
     given = wanted if isinstance(wanted, Mapping) else {key: {} for key in names}
-    chosen: dict[str, Watcher] = {}
+    chosen = {}
     for key in names:
         what = given[key]
         if key in GROUPS and isinstance(what, Mapping):

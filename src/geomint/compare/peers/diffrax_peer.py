@@ -18,10 +18,10 @@ def start(motion: Motion) -> Callable[[float], Ready]:
     """State the motion as Diffrax takes it."""
     if len(motion.y0) > MOST_ROWS:
         raise FormError(f"more than {MOST_ROWS} numbers would be compiled one by one, for minutes")
-    jax: Any = import_module("jax")
-    jnp: Any = import_module("jax.numpy")
-    diffrax: Any = import_module("diffrax")
-    double: Any = jax.enable_x64  # only within: what else uses JAX keeps its own precision
+    jax = import_module("jax")
+    jnp = import_module("jax.numpy")
+    diffrax = import_module("diffrax")
+    double = jax.enable_x64  # only within: what else uses JAX keeps its own precision
     algebra = Algebra(jnp, jnp.less, jnp.less_equal, jnp.where)
 
     def field(t: Any, y: Any, args: Any) -> Any:

@@ -16,7 +16,7 @@ def taylor(
     system: list[Any], tolerance: float, compact: bool
 ) -> tuple[Any, Callable[[Array, float], End]]:
     """Return heyoka's integrator of a system (variable, rate), and what runs it from y0 to an end."""
-    hy: Any = import_module("heyoka")
+    hy = import_module("heyoka")
     integrator = hy.taylor_adaptive(
         system, [0.5] * len(system), tol=tolerance, compact_mode=compact, high_accuracy=False
     )
@@ -35,7 +35,7 @@ def taylor(
 
 def start(motion: Motion) -> Callable[[float], Ready]:
     """State the motion as heyoka takes it."""
-    hy: Any = import_module("heyoka")
+    hy = import_module("heyoka")
     algebra = Algebra(hy, hy.lt, hy.lte, hy.select)
     names = [f"y{i}" for i in range(len(motion.y0))]
     variables = [hy.expression(name) for name in names]

@@ -24,8 +24,8 @@ def start(motion: Motion) -> Callable[[float], Ready]:
         raise FormError("the state is not turned by SO(3) alone")
     if motion.end <= 0.0:
         raise FormError("it goes forwards only")
-    domain: Any = import_module("lielab.domain")
-    integrate: Any = import_module("lielab.integrate")
+    domain = import_module("lielab.domain")
+    integrate = import_module("lielab.integrate")
     y, xi = scalar_block(len(y0)), scalar_block(3)
     given = bind(problem.action.generator, GENERATOR, params=len(problem.params), y=len(y0), xi=3)
     generator = given.call(

@@ -4,7 +4,6 @@ import warnings
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +38,7 @@ def compiled_field(motion: Motion) -> Callable[[float, Array], Array]:
 
 def start(name: str, order: int, motion: Motion) -> Callable[[float], Ready]:
     """State the motion as SciPy takes it."""
-    ode: Any = import_module("scipy.integrate").ode
+    ode = import_module("scipy.integrate").ode
 
     field, count = compiled_field(motion), 0
 
@@ -49,7 +48,7 @@ def start(name: str, order: int, motion: Motion) -> Callable[[float], Ready]:
         return field(t, y)
 
     def ready(tolerance: float) -> Ready:
-        options: dict[str, Any] = {"rtol": tolerance, "atol": tolerance * motion.least}
+        options = {"rtol": tolerance, "atol": tolerance * motion.least}
         solver = ode(counted).set_integrator(name, nsteps=MOST_STEPS, **options)
 
         def run() -> End:

@@ -86,7 +86,7 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
     Not where there is one core, nor in a process that helps, nor where tasks cannot be sent. It ends
     with the context, and with this process.
     """
-    processes: list[subprocess.Popen[bytes]] = []
+    processes = []
 
     def start() -> Other | None:
         from .sending import sent

@@ -57,7 +57,7 @@ class Bound:
             return value.entry(compiled, number_type) if isinstance(value, Bound) else value
 
         given: dict[str, Any] = {}
-        own: list[Any] = []
+        own = []
         in_turn(
             lambda: given.update((name, entries(value)) for name, value in values.items()),
             lambda: own.append(self.entry(compiled, number_type)),

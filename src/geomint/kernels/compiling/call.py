@@ -134,8 +134,7 @@ class Call:
         """Return the exception that compiled code has left: of rows outside of blocks, if checked."""
         data, length = struct.unpack("Pi", ctypes.string_at(self._error.value or 0, 12))
         kind, arguments, *_ = pickle.loads(ctypes.string_at(data, length))
-        error: BaseException = kind(*(arguments or ()))
-        return error
+        return kind(*(arguments or ()))
 
 
 class _Frame(NamedTuple):
@@ -164,7 +163,7 @@ def _frame_of(signature) -> _Frame:
 
     from ..numbers.typing_addresses import ADDRESSES
 
-    places: list[tuple[Any, int]] = []
+    places = []
     numbers: list[Any] = []
     for argument in signature.args:
         kind: Any
@@ -182,7 +181,7 @@ def _frame_of(signature) -> _Frame:
         places.append((kind, len(numbers)))
         numbers += needed
     result = signature.return_type
-    parts: Any = getattr(result, "types", (result,))
+    parts = getattr(result, "types", (result,))
     letters = {types.int64: "q", types.float64: "d", types.none: ""}
     form = struct.Struct("".join(letters[part] for part in parts))
     prototype = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, *numbers)

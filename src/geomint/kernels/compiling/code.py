@@ -95,8 +95,8 @@ def described(code: types.CodeType) -> Code:
 
 def paths_in(code: types.CodeType, words: set[str]) -> Iterator[tuple[Path, int | None]]:
     """Yield the paths of a code object and their lines; add the names of attributes to `words`."""
-    path: Path | None = None
-    line: int | None = None
+    path = None
+    line = None
     for instruction in dis.get_instructions(code):
         name = instruction.opname
         if name in _NOTHING:

@@ -115,7 +115,7 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded):
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    dispatcher: Any = _njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
+    dispatcher = _njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
     jitted = isinstance(dispatcher, Dispatcher)  # with NUMBA_DISABLE_JIT it is the function itself
     if jitted:
         template = dispatcher.get_call_template
@@ -134,7 +134,7 @@ def _entry(recorded: Recorded):
 
 
 def _make_entry(recorded: Recorded):
-    dispatcher: Any = _njit(**_OPTIONS)(_unique(recorded))
+    dispatcher = _njit(**_OPTIONS)(_unique(recorded))
     jitted = isinstance(dispatcher, Dispatcher)
     if jitted:
         dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
@@ -165,7 +165,7 @@ def compile_function(recorded: Recorded, signature):
     """
     global _asked
     _asked += 1
-    dispatcher: Any = _entry(recorded)
+    dispatcher = _entry(recorded)
     if not hasattr(dispatcher, "codes"):
         return recorded.function
     code = dispatcher.codes.get(id(signature))  # which the code keeps

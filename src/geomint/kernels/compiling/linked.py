@@ -84,7 +84,7 @@ class Linked(JITCodeLibrary):
 @contextmanager
 def linked() -> Iterator[None]:
     """Let what is compiled meanwhile be `Linked`; other threads compile before or after."""
-    codegen: Any = cpu_target.target_context.codegen()
+    codegen = cpu_target.target_context.codegen()
     known = hasattr(codegen, "_library_class") and hasattr(codegen, "set_env")
     if not (known and all(hasattr(JITCodeLibrary, name) for name in _NEEDED)):
         yield

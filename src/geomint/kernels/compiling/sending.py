@@ -207,8 +207,8 @@ def _made(
     module: str, outer: str, positions: tuple[int, ...], digest: bytes, cells: int
 ) -> types.FunctionType:
     """Return the function whose code is at that place, with empty cells."""
-    found: Any = _unwrapped(_imported(module, outer))
-    code: Any = getattr(found, "__code__", None)
+    found = _unwrapped(_imported(module, outer))
+    code = getattr(found, "__code__", None)
     for i in positions:
         inside = getattr(code, "co_consts", ())
         code = inside[i] if i < len(inside) else None

@@ -168,7 +168,7 @@ def of_header(recorded, **others: Kind) -> Signature:
     """
     code, written = recorded.function.__code__, get_type_hints(recorded.function)
     names = code.co_varnames[: code.co_argcount]
-    kinds: dict[str, Kind] = {name: _WRITTEN.get(written.get(name), BLOCK) for name in names}
+    kinds = {name: _WRITTEN.get(written.get(name), BLOCK) for name in names}
     assert others.keys() <= kinds.keys()
     result = None if written["return"] is type(None) else counted
     return Signature(tuple({**kinds, **others}.items()), result)

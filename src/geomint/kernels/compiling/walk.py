@@ -210,7 +210,7 @@ class Walk:
             self._unordered(value)
             return
         if isinstance(value, slice | range):
-            items: list[Any] = [value.start, value.stop, value.step]
+            items = [value.start, value.stop, value.step]
         elif isinstance(value, dict):
             items = [part for pair in value.items() for part in pair]
         else:
@@ -255,7 +255,7 @@ class Walk:
                 self.value(member)
         elif issubclass(value, tuple) and hasattr(value, "_fields"):
             self.put(*value._fields)
-            new: Any = value.__new__  # whose defaults count
+            new = value.__new__  # whose defaults count
             self.value(new)
         elif type(value).__module__.partition(".")[0] == "numba":
             self.compiled.append((self._place, value))

@@ -80,7 +80,7 @@ class Product(Space):
 
     def manifold_at(self, first: int) -> Recorded | None:
         """Those of the factors, one after another."""
-        found: Recorded | None = None
+        found = None
         count = 0
         for factor, row in self._placed():
             own = factor.manifold_at(first + row)

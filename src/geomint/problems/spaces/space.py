@@ -142,7 +142,7 @@ class Space:
 
         What is quickly told of all at once; of others `admit` tells.
         """
-        found: Booleans = np.zeros(len(states), dtype=bool)
+        found = np.zeros(len(states), dtype=bool)
         if type(self).admit is Space.admit:
             found[:] = np.isfinite(states).all(axis=1)
         return found

@@ -130,7 +130,7 @@ class TangentBundle(Space):
     def settled(self, states: Array) -> Booleans:
         """Tell which are orthogonal, on spheres, to half of what is silent."""
         n = self.base.rows
-        found: Booleans = np.zeros(len(states), dtype=bool)
+        found = np.zeros(len(states), dtype=bool)
         if isinstance(self.base, Sphere):
             q, p = states[:, :n], states[:, n:]
             with np.errstate(all="ignore"):

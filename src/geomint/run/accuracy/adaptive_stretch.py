@@ -67,7 +67,7 @@ def _own_states(
     begin, many, stepper = integrator.time, 1, integrator.stepper
     end = math.copysign(math.inf, motion.span) if motion.end is None else motion.end
     times: list[float] = []
-    states: list[Array] = []
+    states = []
     while not times or (times[-1] < length and integrator.steps < LONGEST and not stepper.finished):
         integrator._aim(end)
         left = many

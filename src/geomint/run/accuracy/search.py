@@ -63,7 +63,7 @@ class Search:
     def run(self, first: float) -> tuple[float, float]:
         """Return the setting found, and the error expected of it."""
         setting, failed = min(first, self.largest), math.inf
-        before: tuple[float, float] | None = None  # a setting and its error, far above rounding
+        before = None  # a setting and its error, far above rounding
         reach = max(self.near, REACH**self.power)
         power, most = self.power, max(CHANGE, CHANGED ** (1.0 / self.power))
         found, cost = (setting, math.inf), (math.inf, 0.0)

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...arguments import Array, Integers
 from ...errors import DeclarationError, GeomintError
-from ...kernels.compiling.bound import Bound
 from ...kernels.compiling.call import Call, Code
 from ...kernels.compiling.number_types import SCALAR, NumberType, members
 from ...kernels.numbers.blocks import Block, scalar_block
@@ -234,15 +233,14 @@ def _call_of(stepper: Stepper, blocks: dict[str, Block]) -> Call:
 
 def _call_in(numbers: NumberType, stepper: Stepper, blocks: dict[str, Block]) -> Call:
     kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(numbers)
-    functions: tuple[Bound, ...] = tuple(f.of_type(numbers) for f in stepper.functions)
+    functions = tuple(f.of_type(numbers) for f in stepper.functions)
     width = 1 if numbers is SCALAR else LANES
     held = numbers.memory.held
 
     def room(rows: int) -> Block:
         if width == 1:
             return scalar_block(rows)
-        block: Block = held(scalar_block(rows * width).data.reshape(rows, width))
-        return block
+        return held(scalar_block(rows * width).data.reshape(rows, width))
 
     params = stepper.params if not len(blocks["moved"]) else room(len(stepper.params))
     call = members_sweep(kernel, functions, numbers).call(

@@ -128,7 +128,7 @@ def canonical_members(problems: Any, states: Any) -> Members:
     if count * rows > MOST_NUMBERS:
         raise DomainError("states", states, f"at most {MOST_NUMBERS // rows} of them")
     found = np.broadcast_to(given, (count, rows)).copy()
-    told: dict[int, tuple[GeomintWarning, ...]] = {}
+    told = {}
     admitted, refused = np.ones(count, dtype=bool), None
     for k in _unsettled(chosen, found):
         with Gathered(quiet=True) as changes:

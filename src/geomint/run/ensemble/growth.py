@@ -11,7 +11,7 @@ from ...arguments import Array, Booleans, finite, whole
 from ...errors import DomainError
 from ...problems.shown import Shown
 from ...watch.growth import RULE
-from ...watch.over_members import LEVELS, FoundGrowth, class_of_exponent, growth_over_members
+from ...watch.over_members import LEVELS, class_of_exponent, growth_over_members
 from .given import Asked
 from .readings.of_series import Windows
 
@@ -113,7 +113,7 @@ def growth_of_ensemble(many: Ensemble, name: Any, since: Any, seed: Any) -> Ense
         expected = f"a time that leaves {FEWEST_WINDOWS} of {len(late)} windows"
         raise DomainError("since", since, expected)
     values, edges = values[:, late], edges[len(late) - late.sum() :]
-    found: FoundGrowth = growth_over_members(values, edges, whole("seed", seed, 0))
+    found = growth_over_members(values, edges, whole("seed", seed, 0))
     return EnsembleGrowth(
         name=many.asked.readings[key].of,
         time=_times(many.asked)[0],

@@ -66,8 +66,7 @@ class Outcome:
     def final(self) -> Array:
         """The last state of every member; NaN of those that have none."""
         last = np.maximum(self.counts - 1, 0)
-        final: Array = self.y[np.arange(len(self.tau)), last]
-        return final
+        return self.y[np.arange(len(self.tau)), last]
 
     def met(self) -> dict[str, list[Any]]:
         """Return of each event what there is of it, member by member."""
@@ -82,7 +81,7 @@ class Outcome:
 
     def _drift(self, name: str) -> dict[str, Any]:
         own = [self.drift.get(k, {}).get(name) for k in range(len(self.tau))]
-        found: dict[str, Any] = {}
+        found = {}
         for key in DRIFT_NUMBERS:
             values = [getattr(d, key, None) for d in own]
             found[key] = np.array([np.nan if v is None else v for v in values])

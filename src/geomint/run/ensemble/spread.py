@@ -49,7 +49,7 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
         For what is wrong with the first member, the last and all that were tried between them: with
         what is asked of all.
     """
-    failure: GeomintError | None = None
+    failure = None
     members = np.flatnonzero(given.admitted)
     between = np.linspace(0, len(members) - 1, FIRST).astype(int)
     for k in dict.fromkeys(members[[0, -1, *between]].tolist()):
@@ -193,7 +193,7 @@ def _collected(
 ) -> Iterator[tuple[Block, Outcome]]:
     futures: dict[Future[Outcome], Block] = {}
     waiting = deque(blocks)
-    failure: BaseException | None = None
+    failure = None
 
     def begin() -> BaseException | None:
         """Let blocks begin, as many as may be under way; return why no more can."""

@@ -80,7 +80,7 @@ def undisturbed() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
         yield
         return
-    came: list[int] = []
+    came = []
     signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
     try:
         yield

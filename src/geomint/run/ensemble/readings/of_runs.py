@@ -53,7 +53,7 @@ class Exponents(Reading):
 
     def _runs(self, ran: Ran) -> dict[int, Lyapunov]:
         """Return the runs of directions beside members, made once for all that is read off them."""
-        runs: dict[int, Lyapunov] | None = ran.shared.get((Exponents, self.count))
+        runs = ran.shared.get((Exponents, self.count))
         if runs is not None:
             return runs
         runs = ran.shared[Exponents, self.count] = {}

@@ -88,7 +88,7 @@ class Arrays:
     def put(self, column: Column, block: int, which: Any) -> None:
         """Write what there is of some members of a block, numbered within it."""
         array, widened = self._room_for(column), column.values.shape[1:]
-        region: tuple[Any, ...] = tuple(slice(0, n) for n in widened)
+        region = tuple(slice(0, n) for n in widened)
         first, last = self.bounds(block)
         if column.role == "merged":
             array[(slice(block, block + 1), *region)] = column.values

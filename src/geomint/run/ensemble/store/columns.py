@@ -143,11 +143,11 @@ def _told(error: GeomintError) -> str:
 def error_of(text: str) -> GeomintError:
     """Return the error that was told, without what it carried beside words and numbers."""
     told = json.loads(text)
-    kind: Any = getattr(errors, told["type"], None)
+    kind = getattr(errors, told["type"], None)
     message = told["message"]
     if not (isinstance(kind, type) and issubclass(kind, GeomintError)):
         kind, message = GeomintError, f"{told['type']}: {message}"
-    error: GeomintError = kind.__new__(kind)
+    error = kind.__new__(kind)
     error.args = (message,)
     if issubclass(kind, errors.StepError):
         told["numbers"]["partial"] = None

@@ -131,7 +131,7 @@ def _functions(given: Members, asked: Asked) -> list[str]:
     def parts(problem: Problem) -> Iterator[Any]:
         return (getattr(problem, name) for name in names)
 
-    seen: dict[tuple[int, ...], str] = {}
+    seen = {}
     told = []
     for problem in given.problems:
         key = tuple(map(id, parts(problem)))  # all are held by their problems meanwhile

@@ -32,8 +32,7 @@ class StoredOutcome:
             tau, states = self.arrays.find("tau"), self.arrays.find("states")
             shape = (*tau.shape, states.shape[1]) if role == "y" else tau.shape
             return np.full(shape, np.nan)
-        found: Array = numbers_in(array)
-        return found
+        return numbers_in(array)
 
     def _counted(self, role: str) -> npt.NDArray[np.int64]:
         array = self.arrays.find(role)
@@ -73,8 +72,7 @@ class StoredOutcome:
     @property
     def status(self) -> npt.NDArray[np.object_]:
         """How each ended."""
-        found: npt.NDArray[np.object_] = words_in(self.arrays.find("status"))
-        return found
+        return words_in(self.arrays.find("status"))
 
     @property
     def errors(self) -> dict[int, GeomintError]:
@@ -115,7 +113,7 @@ class StoredOutcome:
     def met(self) -> dict[str, list[Met | None]]:
         """Return of each event what there is of it, member by member."""
         arrays = self.arrays.of_role("event")
-        found: dict[str, list[Met | None]] = {}
+        found = {}
         for name, part in arrays:
             if part != "met":
                 continue
@@ -150,8 +148,7 @@ class _Readings(Mapping[str, Array]):
             return _sum(self._arrays, self._merged[name])
         if name not in self._own:
             raise UnknownNameError("readings", name, self)
-        found: Array = numbers_in(self._own[name])
-        return found
+        return numbers_in(self._own[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter((*self._own, *self._merged))
