@@ -143,7 +143,7 @@ def with_velocities(make_state: Any) -> Any:
         given = dict(zip(VELOCITIES, (omega_space, omega_body), strict=True))
         named = [name for name in VELOCITIES if given[name] is not None]
         if not named:
-            return np.asarray(make_state(gamma=gamma, g=g, **others))
+            return make_state(gamma=gamma, g=g, **others)
         if len(named) > 1 or others.keys() & {"k", "omega", "p", "p_tilde"}:
             expected = "one of omega_space, omega_body, k, omega, p, p_tilde"
             raise gi.DomainError(named[0], given[named[0]], expected)
@@ -151,7 +151,7 @@ def with_velocities(make_state: Any) -> Any:
         vector = as_vector(named[0], given[named[0]], 3)
         if named == ["omega_space"]:
             vector = attitude.reshape(3, 3).T @ vector
-        return np.asarray(make_state(gamma=gamma, g=g, omega=triangle_of_vector(vector), **others))
+        return make_state(gamma=gamma, g=g, omega=triangle_of_vector(vector), **others)
 
     return made
 

@@ -188,7 +188,7 @@ def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Any]:
         return False, gi.packed(DIAGONAL, D=D, own=own, **numbers)
     b = np.linalg.inv(tensor + D * np.eye(3))
     w = np.linalg.solve(tensor + D * np.eye(3), tensor)
-    b, w = np.asarray(0.5 * (b + b.T)), np.asarray(0.5 * (w + w.T))
+    b, w = 0.5 * (b + b.T), 0.5 * (w + w.T)
     numbers = {"B": np.diag(b), "W": np.diag(w), "B_rest": b[upper], "W_rest": w[upper]}
     return True, gi.packed(FULL, D=D, own=own, **numbers)
 

@@ -153,13 +153,13 @@ class ExactBall(BallFlow):
         along = self._backward[0, 0] + self._backward[1, 0] * self._own * (
             self._turning(states) / self._size
         )
-        return np.asarray(super().rate(states) / along)
+        return super().rate(states) / along
 
     def _turning(self, y: Array) -> Array:
         """Return (ω⃗, γ⃗) = (γ⃗, Bk⃗)/(γ⃗, Wγ⃗) of states of the given ball."""
         k, gamma = y[..., :3], y[..., 3:]
         above = np.sum(gamma * self._b * k, axis=-1)
-        return np.asarray(above / np.sum(gamma * self._w * gamma, axis=-1))
+        return above / np.sum(gamma * self._w * gamma, axis=-1)
 
     def angular_velocity(self, y: Array) -> Array:
         """Return ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗) of states, shape (..., 3), in the body."""

@@ -141,7 +141,7 @@ class ExactFlow(MadeOfNumbers):
         What is missing from the Fourier series of dt/dτ, as if it were of one sign.
         """
         times = np.abs(np.asarray(tau, dtype=np.float64))
-        return np.asarray(self.clock.edge * self._estimate.fastest * times)
+        return self.clock.edge * self._estimate.fastest * times
 
     @property
     def longest(self) -> float:
@@ -159,7 +159,7 @@ class ExactFlow(MadeOfNumbers):
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
         gamma = self.inward(np.asarray(states))[..., : len(self.a)]
-        return np.asarray(self.D * np.sqrt(np.sum(gamma * gamma / self.a, axis=-1)))
+        return self.D * np.sqrt(np.sum(gamma * gamma / self.a, axis=-1))
 
     @property
     def clock(self) -> Clock:
@@ -204,7 +204,7 @@ class ExactFlow(MadeOfNumbers):
 
     def lam(self, theta: Any) -> Array:
         """Return λ_k = m_k − d_k cos θ_k, shape (..., d)."""
-        return np.asarray(self.unit * (self.torus.middle - self.torus.radius * np.cos(theta)))
+        return self.unit * (self.torus.middle - self.torus.radius * np.cos(theta))
 
     def at_tau(self, tau: Any) -> Array:
         """Return states at times τ, of any sign, |τ| up to `longest`.

@@ -153,7 +153,7 @@ def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
     values = gi.as_vector("a", a, 3)
     scale, level = positive_number("D", D), positive_number("K", K)
     products = np.array([values[1] * values[2], values[0] * values[2], values[0] * values[1]])
-    result = np.asarray(level * (1.0 - products / scale) / (2.0 * scale))
+    result = level * (1.0 - products / scale) / (2.0 * scale)
     if not np.isfinite(result).all():
         raise gi.DomainError("a, D, K", (a, D, K), "numbers whose products are finite")
     return result

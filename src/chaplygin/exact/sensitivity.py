@@ -54,7 +54,7 @@ def frequency_gradients(
     changed = np.tensordot(omega, second, 1) @ gradients
     separated = -np.linalg.solve(means[:, :size].T, changed[:size])
     pairs = turning[:, None] * gradients[size:] - changed[size:] - means[:, size:].T @ separated
-    return np.asarray(unit * np.linalg.norm(np.concatenate([separated, pairs]), axis=1))
+    return unit * np.linalg.norm(np.concatenate([separated, pairs]), axis=1)
 
 
 def _second_derivatives(separation: Separation, torus: Torus) -> Array:
@@ -173,7 +173,7 @@ class Estimate:
     def phase(self, tau: Any) -> Array:
         """Return the estimated error of the angles at times τ, in radians."""
         times = np.abs(np.asarray(tau, dtype=np.float64))
-        return np.asarray(self._rounding * (self.offset + self.growth * times))
+        return self._rounding * (self.offset + self.growth * times)
 
     @functools.cached_property
     def longest(self) -> float:

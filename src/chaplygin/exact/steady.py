@@ -83,7 +83,7 @@ class SteadyTurn(MadeOfNumbers):
     def phase_error(self, tau: Any) -> Array:
         """Return an estimate of the error of the angles at times, in radians."""
         turned = self._fastest * np.abs(np.asarray(tau, dtype=np.float64))
-        return np.asarray(ROUNDINGS * (1.0 + self.condition * turned))
+        return ROUNDINGS * (1.0 + self.condition * turned)
 
     def time_error(self, tau: Any) -> Array:
         """Return 0: time needs no clock."""

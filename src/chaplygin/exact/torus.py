@@ -176,14 +176,14 @@ class Torus:
 
 def distances(gaps: Array, radius: Any, sine: Any) -> Array:
     """Return λ − b from the gaps of an oval, its radius and sin²(θ/2), of shapes that broadcast."""
-    return np.asarray(gaps + 2.0 * radius * np.where(np.signbit(gaps), sine - 1.0, sine))
+    return gaps + 2.0 * radius * np.where(np.signbit(gaps), sine - 1.0, sine)
 
 
 def products_without_one(factors: Array) -> Array:
     """Return the products of all but one along the last axis, shape (..., q) ↦ (..., q)."""
     size = factors.shape[-1]
     kept = np.where(np.eye(size, dtype=bool), 1.0, factors[..., None, :])
-    return np.asarray(np.prod(kept, axis=-1))
+    return np.prod(kept, axis=-1)
 
 
 def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:

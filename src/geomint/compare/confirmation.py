@@ -150,7 +150,7 @@ def _compiled(problem: Problem, y0: Array, end: float, tolerance: float) -> Arra
     solution = solve(problem, y0, **run)
     if solution.status != "success":
         raise KeyboardInterrupt
-    return np.append(solution.y[-1], solution.t[-1]) if clock else np.asarray(solution.y[-1])
+    return np.append(solution.y[-1], solution.t[-1]) if clock else solution.y[-1]
 
 
 @np.errstate(all="ignore")
@@ -174,7 +174,7 @@ def _plain(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
         slope = derivative(problem, y, t)
         if problem.clock is not None:
             slope = np.append(slope, value(problem, problem.clock, y, t))
-        return np.asarray(slope * (end / sizes))
+        return slope * (end / sizes)
 
     solver = method(rates, 0.0, start, 1.0, rtol=tolerance, atol=tolerance)
     while solver.status == "running":
@@ -183,7 +183,7 @@ def _plain(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
             raise _failed(message or "numbers that are not finite")
     if solver.status == "failed":
         raise _failed(message)
-    return np.asarray(sizes * solver.y)
+    return sizes * solver.y
 
 
 def _failed(message: str | None) -> GeomintError:

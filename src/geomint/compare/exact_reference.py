@@ -38,13 +38,13 @@ def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Refer
         y, own = motion(physical), tau if in_tau else physical
 
     def first(at: float) -> Array:
-        state = np.asarray(motion.at_tau(at) if in_tau else motion(at))
+        state = motion.at_tau(at) if in_tau else motion(at)
         return state if problem.clock is None else np.append(state, motion.time(at))
 
     return Reference(
         own_end=own,
         physical_end=physical,
-        y=np.asarray(y),
+        y=y,
         error=float(motion.phase_error(tau) + motion.time_error(tau)),
         steps=(),
         method="exact flow",

@@ -185,14 +185,14 @@ def _orthonormal(tangents: Array, directions: Array, scales: Array) -> Array:
             continue
         found, upper = np.linalg.qr(tangents @ (tangents.T @ wanted))
         if (np.abs(np.diag(upper)) > LEAST_ANGLE * np.linalg.norm(wanted, axis=0)).all():
-            return np.asarray(found)
+            return found
     expected = "directions that are independent along the manifold of states"
     raise DomainError("directions", directions, expected)
 
 
 def _near_one(columns: Array) -> Array:
     """Return columns times powers of two, which round nothing, so that their largest is near 1."""
-    return np.asarray(np.ldexp(columns, -np.frexp(np.abs(columns).max(axis=0))[1]))
+    return np.ldexp(columns, -np.frexp(np.abs(columns).max(axis=0))[1])
 
 
 def sizes_of_pieces(problem: Problem, y0: Array) -> Array:

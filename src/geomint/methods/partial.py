@@ -25,7 +25,7 @@ from .stepper import Advance, Stepper, filled_block
 
 def rounding(time: Array | float) -> Array:
     """Return how far apart two times may be that are meant to be the same."""
-    return np.asarray(4 * np.spacing(np.abs(time)))
+    return 4 * np.spacing(np.abs(time))
 
 
 class Nodes:

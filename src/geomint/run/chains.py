@@ -188,7 +188,7 @@ def _tangent(points: _Points, v: Array) -> Array:
     """Return the tangent part of vectors."""
     normals = points.normals
     along = normals @ (normals.transpose(0, 2, 1) @ v[:, :, None])
-    return np.asarray(v - along[:, :, 0])
+    return v - along[:, :, 0]
 
 
 def _frame(problem: Problem, states: Array) -> Array:
@@ -203,4 +203,4 @@ def _frame(problem: Problem, states: Array) -> Array:
     own = np.where(own > 0.0, own, 1.0)
     scales = np.sqrt(own)
     spread = np.cov((states / scales).T).reshape(len(own), len(own))
-    return np.asarray(scales[:, None] * np.linalg.cholesky(spread + FLAT * np.eye(len(own))))
+    return scales[:, None] * np.linalg.cholesky(spread + FLAT * np.eye(len(own)))

@@ -236,7 +236,7 @@ class Crossings:
         again = np.zeros(len(found), dtype=bool)
         for time, direction in self._told.get(name, every):
             again |= (np.abs(times - time) <= near) & (found[:, 1] == direction)
-        return np.asarray((ahead < -near) | (again & (ahead <= near)))
+        return (ahead < -near) | (again & (ahead <= near))
 
     def left_behind(self, restart: Restart, end: float, here: float) -> Restart:
         """Return what a run that goes on needs: up to where events have been told, and which last.

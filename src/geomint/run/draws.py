@@ -143,6 +143,6 @@ def _target(problem: Problem, at: Any, keep: Any, temperature: Any) -> Target:
 
     def weighted(y: Array) -> Array:
         times = np.zeros(len(y))
-        return np.asarray(density(times, y) - energy(times, y) / theta)
+        return density(times, y) - energy(times, y) / theta
 
     return Target(Level(problem, values), weighted)

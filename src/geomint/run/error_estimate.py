@@ -71,7 +71,7 @@ def error_estimate(
             )
         )
         return None
-    return np.asarray(factor * (solution.y - finer_states))
+    return factor * (solution.y - finer_states)
 
 
 def _parts(solution: Solution, start: float) -> Iterator[tuple[NDArray[np.bool_], float | None]]:

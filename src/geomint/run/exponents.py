@@ -120,4 +120,4 @@ def standard_errors(t: Array, grown: Array) -> Array:
     spread = rates.std(axis=0, ddof=1) / np.sqrt(len(rates))
     half = int(np.searchsorted(t, 0.5 * t[-1]))
     change = grown[-1] / t[-1] - grown[half] / t[half]
-    return np.asarray(np.hypot(spread, change))
+    return np.hypot(spread, change)

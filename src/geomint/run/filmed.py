@@ -111,7 +111,7 @@ def _frames(stretch: Stretch, fastest: float, speed: float | None, fps: float, c
         least = length * fps / MOST_FRAMES
         raise DomainError("speed", speed, f"at least {least:.3g}: a film has {MOST_FRAMES} frames")
     direction = 1.0 if end >= begin else -1.0
-    return np.asarray(begin + direction * length * np.linspace(0.0, 1.0, max(count, 2)))
+    return begin + direction * length * np.linspace(0.0, 1.0, max(count, 2))
 
 
 def _tell_fast(turn: float) -> None:

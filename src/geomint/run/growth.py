@@ -57,7 +57,7 @@ def second_end(found: Solution) -> Array | None:
     late = ranked.final[problem.rows] - state[problem.rows]
     known = ranked.places[0][1]
     pace = value_of(problem, clock, known, ranked.compiled)(y, 0.0)
-    return np.asarray(y + late / pace * rates_of(problem, known, ranked.compiled)(problem, y, 0.0))
+    return y + late / pace * rates_of(problem, known, ranked.compiled)(problem, y, 0.0)
 
 
 def final(found: Solution) -> Array:

@@ -75,7 +75,7 @@ class Level:
             return np.zeros((len(states), 0))
         (found,) = self._write(np.zeros(len(states)), states)
         with np.errstate(over="ignore", invalid="ignore"):  # ∞ is off too
-            return np.asarray((found - self._wanted) / self.sizes)
+            return (found - self._wanted) / self.sizes
 
     def back(self, ahead: Array, ways: Array, a: Array, on: float) -> tuple[Array, Booleans]:
         """Return ``a`` with ``ahead − a ways`` on the level, from what is given, and which are found.
@@ -102,7 +102,7 @@ class Level:
         near = states[:, None, None, :] + np.array([1.0, -1.0])[:, None, None] * moves[:, None]
         shape = (len(states), 2, moves.shape[1], self.conditions)
         values = self.off(near.reshape(-1, states.shape[1])).reshape(shape)
-        return np.asarray((values[:, 0] - values[:, 1]).transpose(0, 2, 1))
+        return (values[:, 0] - values[:, 1]).transpose(0, 2, 1)
 
     def nearest(self, states: Array) -> tuple[Array, Booleans]:
         """Return states on the level near others, and which of them are: Newton's, least changes."""

@@ -279,7 +279,7 @@ class Named(NamedTuple):
             For a name that the problem does not have.
         """
         if self.row is not None:
-            return np.asarray(stretch.states[:, self.row])
+            return stretch.states[:, self.row]
         function = quantity(solution.problem, self.name, "name")
         return values_at(solution.problem, function, stretch.states, stretch.own)
 

@@ -41,7 +41,7 @@ class Direction:
         sizes = np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
         if not sizes.all():
             raise DomainError("piece", self.name, "a vector that is nowhere zero along the motion")
-        return np.asarray(vectors / sizes)
+        return vectors / sizes
 
 
 def direction_of(problem: Problem, piece: str | None = None) -> Direction:

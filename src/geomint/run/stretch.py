@@ -179,7 +179,7 @@ def _samples(solution: Solution, time: Time, times: Array, note: str = "") -> St
 def _grid(begin: float, end: float, length: float, spacing: float, count: int) -> Array:
     """Return the ends of so many intervals from the beginning on, the last within the run."""
     parts = np.minimum(spacing / length * np.arange(count + 1), 1.0)
-    return np.asarray(begin + (end - begin) * parts)
+    return begin + (end - begin) * parts
 
 
 def _near(
@@ -204,7 +204,7 @@ def _ranges(states: Array) -> Array:
     """Return how far each number goes; of one that is constant but for rounding, its size."""
     reach = states.max(axis=0) - states.min(axis=0)
     size = np.abs(states).max(axis=0)
-    return np.asarray(np.where(reach > STILL * size, reach, np.maximum(size, 1e-300) / NEAR))
+    return np.where(reach > STILL * size, reach, np.maximum(size, 1e-300) / NEAR)
 
 
 def _of_saved(solution: Solution, time: Time, span: Any) -> Stretch:

@@ -46,6 +46,6 @@ def way_back(
         given = {"ahead": ahead, "ways": ways}
         blocks = {k: Block(np.ascontiguousarray(x).reshape(-1)) for k, x in given.items()}
         call(count=len(a), on=on, a=coefficients, found=found, **blocks)
-        return np.asarray(coefficients.data).reshape(a.shape), np.asarray(found.data) > 0.5
+        return coefficients.data.reshape(a.shape), found.data > 0.5
 
     return back

@@ -98,7 +98,7 @@ class Sphere(Orthonormal):
     def random(self, rng: np.random.Generator) -> dict[str, Array]:
         """Return a unit vector, uniform."""
         v = rng.normal(size=self.n)
-        return {self.name: np.asarray(v / np.sqrt(v @ v))}
+        return {self.name: v / np.sqrt(v @ v)}
 
 
 @functools.cache

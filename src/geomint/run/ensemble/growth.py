@@ -169,7 +169,7 @@ def _at_their_ends(many: Ensemble) -> Booleans:
     physical = time == "t" and many.problems[0].time == "tau"
     saved = many.found.physical if physical else many.found.tau
     reached = saved[np.arange(len(many)), np.maximum(many.counts - 1, 0)]
-    return np.asarray(np.abs(reached - end) <= SAME_END * abs(end - many.asked.shared["t0"]))
+    return np.abs(reached - end) <= SAME_END * abs(end - many.asked.shared["t0"])
 
 
 def _edges(many: Ensemble, count: int) -> Array:
@@ -198,4 +198,4 @@ def _edges(many: Ensemble, count: int) -> Array:
     small, more = divmod(samples, count)
     numbers = np.arange(count + 1)
     edges = 0.5 + small * numbers + np.minimum(numbers, more)  # as numpy's array_split
-    return np.asarray(edges * abs(end - asked.shared["t0"]) / samples)
+    return edges * abs(end - asked.shared["t0"]) / samples

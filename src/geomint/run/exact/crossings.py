@@ -116,7 +116,7 @@ class ExactCrossings:
         """Tell which of some times no earlier run has told."""
         if not self._again:
             return np.ones(len(times), dtype=bool)
-        return np.asarray(self._sign * (times - self._begin) > SEEN * self._path.piece)
+        return self._sign * (times - self._begin) > SEEN * self._path.piece
 
     def count(self, name: str) -> int:
         """Return how many events of a name there are so far."""

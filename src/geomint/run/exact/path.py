@@ -111,4 +111,4 @@ class Following:
         """Return the state after a span of the problem's own time, without the row of the clock."""
         state = self._problem.canonical(y[: self._problem.rows])
         path = ExactPath(self._problem, state, time, 0.0)
-        return np.asarray(path.states(np.array([time + length]))[0])
+        return path.states(np.array([time + length]))[0]

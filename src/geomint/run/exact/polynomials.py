@@ -71,7 +71,7 @@ def polynomial(values: Array, x: Array) -> Array:
     one, two = np.zeros(len(x)), np.zeros(len(x))
     for k in range(DEGREE, 0, -1):
         one, two = c[:, k] + 2.0 * s * one - two, one
-    return np.asarray(c[:, 0] + s * one - two)
+    return c[:, 0] + s * one - two
 
 
 def _product(values: Array, matrix: Array) -> Array:
@@ -79,4 +79,4 @@ def _product(values: Array, matrix: Array) -> Array:
     total = values[:, :1] * matrix[0]
     for k in range(1, len(matrix)):
         total += values[:, k : k + 1] * matrix[k]
-    return np.asarray(total)
+    return total

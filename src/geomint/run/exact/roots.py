@@ -67,7 +67,7 @@ class _Parts(NamedTuple):
     @property
     def size(self) -> Array:
         """The largest |value| of each."""
-        return np.asarray(np.abs(self.values).max(axis=1, initial=0.0))
+        return np.abs(self.values).max(axis=1, initial=0.0)
 
 
 class Roots:

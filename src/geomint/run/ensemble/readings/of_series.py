@@ -42,7 +42,7 @@ class Final(OfQuantity):
 
     def read(self, ran: Ran) -> Array:
         last = np.maximum(ran.found.counts - 1, 0)
-        return np.asarray(ran.series(self.of)[np.arange(len(ran)), last])
+        return ran.series(self.of)[np.arange(len(ran)), last]
 
 
 class Drift(OfQuantity):
@@ -78,7 +78,7 @@ def _reduced(function: np.ufunc, values: Array, ran: Ran) -> Array:
     """Return the largest or least of each member's states; NaN where one of these has no number."""
     last = np.maximum(ran.found.counts - 1, 0)
     filled = np.arange(values.shape[1]) <= last[:, None]  # a member has fewer states than others
-    return np.asarray(function.reduce(np.where(filled, values, values[:, :1]), axis=1))
+    return function.reduce(np.where(filled, values, values[:, :1]), axis=1)
 
 
 class OfEvenSamples(OfQuantity):
@@ -194,4 +194,4 @@ class Histogram(OfQuantity):
     def read(self, ran: Ran) -> Array:
         values = ran.series(self.of)
         counts, _ = np.histogram(values[np.isfinite(values)], np.asarray(self.edges, float))
-        return np.asarray(counts)
+        return counts
