@@ -291,7 +291,7 @@ def _splitting_rates(problem: Problem, compiled: bool) -> Rate:
     return splitting_rates
 
 
-_RATES: dict[str, Callable[[Problem, bool], Rate]] = {
+_RATES = {
     "field": _field_rates,
     "action": _action_rates,
     "hamiltonian": _hamiltonian_rates,

@@ -4,7 +4,6 @@ A section is a function and a template of its name in ``templates/drift``. The f
 runs, one or several, and returns what the template shows; None leaves the section out.
 """
 
-from collections.abc import Callable
 from functools import partial
 
 from ..plan import MethodRun, SeveralRuns
@@ -167,7 +166,7 @@ def choices(result: SeveralRuns) -> Content:
     return {"runs": result.runs, "notes": result.scene.notes}
 
 
-SECTIONS: tuple[Callable[[SeveralRuns], Content], ...] = (
+SECTIONS = (
     head,
     motion,
     facts,

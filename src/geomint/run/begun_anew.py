@@ -33,7 +33,7 @@ ATTEMPTS, FAILURES = 14, 9  # runs with shorter steps, and those that may fail
 MISSED = 3  # runs whose steps erred too much: variable ones are taken then, if they may be
 GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
 LOOKS = 17  # states of a second run, by which pieces are as large as they become
-QUIET: dict[str, Any] = {
+QUIET = {
     **dict.fromkeys(("t_end", "tau_end", "t_eval", "tau_eval", "events", "save_every", "callback")),
     **{"observe": (), "dense": False, "estimate_error": False, "progress": False},
 }

@@ -156,9 +156,7 @@ class _Group:
             rows = params.data.reshape(len(params), -1)
             rows[:, 0], rows[:, 1 : 1 + moved.shape[1]] = stepper.params.data, moved
         memory = self._block(len(stepper.memory))
-        self.memory: Array = memory.data.reshape(
-            len(stepper.memory), -1
-        )  # a value and slopes a row
+        self.memory = memory.data.reshape(len(stepper.memory), -1)  # a value and slopes a row
         self._kind, self._params, self._memory = kind, params, memory
         self.take_of(stepper)
 

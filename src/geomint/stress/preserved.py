@@ -181,7 +181,7 @@ def _relative(difference: float, size: float) -> float:
     return abs(difference) / size if size > 0.0 and np.isfinite(difference) else np.inf
 
 
-_DEFECTS: dict[str, Callable[[Quantities, str], float]] = {
+_DEFECTS = {
     "constraints": lambda quantities, name: 0.0,
     "group orbits": Quantities.change_on_orbits,
     "quadratic invariants": Quantities.change_along_field,

@@ -98,5 +98,5 @@ _METHODS = (
     ),
 )
 
-COMMUTATOR_FREE: dict[str, CommutatorFreeTableau] = {method.name: method for method in _METHODS}
+COMMUTATOR_FREE = {method.name: method for method in _METHODS}
 """Commutator-free and Crouch-Grossman methods by name."""

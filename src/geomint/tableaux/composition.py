@@ -140,10 +140,10 @@ _METHODS = (
     ),
 )
 
-COMPOSITIONS: dict[str, Composition] = {method.name: method for method in _METHODS}
+COMPOSITIONS = {method.name: method for method in _METHODS}
 """Symmetric compositions by name."""
 
-DEFAULT_COMPOSITION: dict[int, str] = {
+DEFAULT_COMPOSITION = {
     4: "suzuki-4",
     6: "sofroniou-spaletta-6",
     8: "sofroniou-spaletta-8",

@@ -136,5 +136,5 @@ _METHODS = (
     ),
 )
 
-RUNGE_KUTTA: dict[str, Tableau] = {method.name: method for method in _METHODS}
+RUNGE_KUTTA = {method.name: method for method in _METHODS}
 """Explicit Runge-Kutta methods by name."""

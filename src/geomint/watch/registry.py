@@ -16,7 +16,7 @@ from .symplectic import SymplecticDefect
 from .watcher import Watcher
 
 # What problems have beside their functions: the group ``"all"`` means these as well.
-OWN: dict[str, Watcher] = {w.name: w for w in (InvariantMeasure(), SymplecticDefect())}
+OWN = {w.name: w for w in (InvariantMeasure(), SymplecticDefect())}
 
 
 @functools.cache

@@ -14,9 +14,7 @@ from .scipy_peer import DOP853, LSODA
 
 __all__ = ["PEERS", "find_peers"]
 
-PEERS: dict[str, Peer] = {
-    peer.name: peer for peer in (HEYOKA, DOP853, LSODA, DIFFRAX, LIELAB, MICI)
-}
+PEERS = {peer.name: peer for peer in (HEYOKA, DOP853, LSODA, DIFFRAX, LIELAB, MICI)}
 
 
 def find_peers(names: list[str]) -> list[Peer]:

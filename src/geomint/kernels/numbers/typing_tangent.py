@@ -118,7 +118,7 @@ class _Number:
         self.constant = not _is_tangent(kind)
         if self.constant:
             self.value = a.taken(to.base, kind, given)
-            self.slopes: list[Any] = []
+            self.slopes = []
             return
         part = a.builder.extract_value
         self.value = a.taken(to.base, kind.base, part(given, 0))

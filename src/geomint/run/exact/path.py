@@ -8,7 +8,6 @@ import numpy as np
 
 from ...arguments import Array
 from ...errors import DeclarationError, GeomintError
-from ...problems.exact_motion import ExactMotion
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 
@@ -34,7 +33,7 @@ class ExactPath:
     def __init__(self, problem: Problem, y0: Array, own: float, physical: float) -> None:
         self.problem, self._y0, self._own, self._physical = problem, y0, own, physical
         self._in_tau = problem.time == "tau"
-        self.motion: ExactMotion = problem.exact(y0)
+        self.motion = problem.exact(y0)
 
     def states(self, own: Array) -> Array:
         """Return the states at the problem's own times, one a row."""

@@ -15,8 +15,8 @@ PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 _POWERS = np.arange(DEGREE + 1)
 _CHOICES = [comb(DEGREE, k) for k in _POWERS]
 _POLYNOMIALS = _CHOICES * PLACES[:, None] ** _POWERS * (1.0 - PLACES[:, None]) ** _POWERS[::-1]
-CHEBYSHEV: Array = np.linalg.inv(np.cos(np.outer(np.arccos(2.0 * PLACES - 1.0), _POWERS))).T
-BERNSTEIN: Array = np.linalg.inv(_POLYNOMIALS).T
+CHEBYSHEV = np.linalg.inv(np.cos(np.outer(np.arccos(2.0 * PLACES - 1.0), _POWERS))).T
+BERNSTEIN = np.linalg.inv(_POLYNOMIALS).T
 
 
 class Judged(NamedTuple):

@@ -5,15 +5,13 @@ from typing import Any
 from ....arguments import by_name
 from ....errors import DomainError, nearest
 from .of_runs import ExponentErrors, Exponents, ExponentVerdict
-from .of_series import Digits, Drift, Final, Frequency, Highest, Lowest, Mean, OfQuantity, Windows
+from .of_series import Digits, Drift, Final, Frequency, Highest, Lowest, Mean, Windows
 from .reading import Reading
 
-KINDS: dict[str, type[OfQuantity]] = {
+KINDS = {
     kind.kind: kind for kind in (Final, Drift, Lowest, Highest, Mean, Digits, Frequency, Windows)
 }
-OF_EXPONENTS: dict[str, type[Exponents]] = {
-    kind.kind: kind for kind in (Exponents, ExponentErrors, ExponentVerdict)
-}
+OF_EXPONENTS = {kind.kind: kind for kind in (Exponents, ExponentErrors, ExponentVerdict)}
 _KNOWN = ", ".join([*(f"{kind}:NAME" for kind in KINDS), *OF_EXPONENTS])
 EXPECTED = f"{_KNOWN}, or a geomint.Reading"
 

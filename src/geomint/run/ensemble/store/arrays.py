@@ -54,11 +54,11 @@ class Arrays:
         self._zarr = needed_zarr("an ensemble on disk")
         self._root = root
         mode = "r+" if writing else "r"
-        self._known: dict[tuple[str, str, str], Any] = {}
+        self._known = {}
         with readable(root), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about what a killed process has left in the folder
             self.group = self._zarr.open_group(os.fspath(root), mode=mode, use_consolidated=False)
-            self.about: dict[str, Any] = dict(self.group.attrs)
+            self.about = dict(self.group.attrs)
             for _, array in self.group.arrays():
                 told = dict(array.attrs)
                 self._known[told.get("role", ""), told.get("of", ""), told.get("part", "")] = array
