@@ -2,7 +2,6 @@
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 import numpy as np
 
@@ -53,7 +52,7 @@ def _adapted(
 ) -> tuple[Bound, ...]:
     """Make functions for lanes of functions that compile for float64 only: lane after lane."""
 
-    def lane_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    def lane_gradients(params, t, q, p, dq, dp, work):
         q1, p1, dq1, dp1, work1, _ = sections(as_singles(work), layout)
         for i in range(LANES):
             for r in range(len(q)):
@@ -64,7 +63,7 @@ def _adapted(
                 set_lane(dq, r, i, dq1[r])
                 set_lane(dp, r, i, dp1[r])
 
-    def lane_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    def lane_constraint(params, q, g, G, work):
         q1, _, g1, G1, work1, _ = sections(as_singles(work), layout)
         for i in range(LANES):
             for r in range(len(q)):
@@ -75,7 +74,7 @@ def _adapted(
             for r in range(len(G)):
                 set_lane(G, r, i, G1[r])
 
-    def lane_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def lane_clock(params, t, y, work):
         singles, last = as_singles(work), len(work) - 1
         y1, work1 = part(singles, 0, len(y)), section(singles, layout, "work")
         for i in range(LANES):

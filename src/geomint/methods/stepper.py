@@ -378,10 +378,13 @@ class Stepper:
         single.begin(y, t, h)
         if carry is not None:
             single.carry[:] = carry
-        result = single.advance(0, 1, 2, NOTHING)
+        return single._next_state(before)
+
+    def _next_state(self, before: int) -> Array:
+        result = self.advance(0, 1, 2, NOTHING)
         if result.status != OK:
-            raise single.error(result, 0, before)
-        return single.state.copy()
+            raise self.error(result, 0, before)
+        return self.state.copy()
 
     def step_ahead(self, t: float, h: float, before: int) -> Array:
         """Return the state a step ahead of where the run is, as `single_step` does; it stays there."""
@@ -389,10 +392,7 @@ class Stepper:
         self.begin(memory[: self.rows], t, h)
         self.carry[:] = memory[self.rows : 2 * self.rows]
         try:
-            result = self.advance(0, 1, 2, NOTHING)
-            if result.status != OK:
-                raise self.error(result, 0, before)
-            return self.state.copy()
+            return self._next_state(before)
         finally:
             self.memory.data[:] = memory
             self.move(*own)

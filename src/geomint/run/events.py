@@ -162,7 +162,7 @@ def quantity(problem: Problem, name: str, argument: str = "event") -> Recorded:
 def component_at(row: int) -> Recorded:
     """Return a number of the state as an observable."""
 
-    def component(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def component(params, t, y, work):
         return y[row]
 
     return observable(component)
@@ -170,7 +170,7 @@ def component_at(row: int) -> Recorded:
 
 @functools.lru_cache(maxsize=256)
 def _less(function: Recorded, level: float) -> Recorded:
-    def less(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def less(params, t, y, work):
         return function(params, t, y, work) - level
 
     return observable(less)

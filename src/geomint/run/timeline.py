@@ -98,14 +98,23 @@ def plan_timeline(
             check_advance(size, max(abs(start), abs(end)))
     if not span:
         return Timeline(start, h, 0, 0.0, start, None)
+    return _timeline(start, h, end, own, method, True)
+
+
+def _timeline(
+    start: float, h: float, end: float, own: bool, method: Method, adjusted: bool
+) -> Timeline:
+    """Return the steps to an end, `adjusted` to meet it where that takes no more than rounding."""
     if not own or method.adaptive:
         return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
-    steps, met = counted(span, size)
-    if met:
+    span = end - start
+    steps, met = counted(span, abs(h))
+    if met and adjusted:
         h = span / steps if steps > 1 else within(start, span, end)
+    if met and (adjusted or span / steps == h):
         return Timeline(start, h, steps, 0.0, end, None)
-    rest = within(start + steps * h, span - steps * h, end)
-    return Timeline(start, h, steps, rest, end, None)
+    steps -= met and abs(steps * h) > abs(span)
+    return Timeline(start, h, steps, within(start + steps * h, span - steps * h, end), end, None)
 
 
 def within(begin: float, length: float, end: float) -> float:
@@ -169,15 +178,9 @@ def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own
     if not (end - reached) * h > 0.0:
         name = "t_end" if problem.time == "t" or not own else "tau_end"
         raise DomainError(name, end, f"a time beyond {reached:.9g}, where the run goes on")
-    if not own or method.adaptive:
-        return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
-    span = end - start
-    check_advance(h, end)
-    steps, met = counted(span, abs(h))
-    if met and span / steps == h:
-        return Timeline(start, h, steps, 0.0, end, None)
-    steps -= met and abs(steps * h) > abs(span)
-    return Timeline(start, h, steps, within(start + steps * h, span - steps * h, end), end, None)
+    if own and not method.adaptive:
+        check_advance(h, end)
+    return _timeline(start, h, end, own, method, False)
 
 
 def reached_by(restart: Restart, problem: Problem, method: Method, own: bool) -> float:
