@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling.recorded import Recorded, fingerprint
+from geomint.kernels.compiling.fingerprint import fingerprint
+from geomint.kernels.compiling.recorded import Recorded
 
 pytestmark = pytest.mark.nojit
 

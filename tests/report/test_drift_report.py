@@ -12,7 +12,7 @@ import geomint as gi
 from geomint.report.drift_page import write_drift_report
 from geomint.report.text import number, parameters_told, with_error
 from geomint.run.provenance import finite_json
-from geomint.watch.drift import CLASSES
+from geomint.watch.growth import CLASSES
 
 NUMBERS = [
     "initial",

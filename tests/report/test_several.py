@@ -16,7 +16,8 @@ from geomint.report import drift_sections
 from geomint.report.kind_plots import kinds_figure, swatch
 from geomint.report.kinds import kinds_in_words, names_by_kind
 from geomint.report.text import duration, number, short_slope
-from geomint.watch.quantities import KINDS, kind_of
+from geomint.watch.kinds import KINDS
+from geomint.watch.quantities import kind_of
 
 METHODS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "lobatto-3:40"]
 LABELS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "lobatto-3"]

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from ..plan import MethodRun, SeveralRuns
-from ..watch.quantities import KINDS
+from ..watch.kinds import KINDS
 from .cite import Citation, cite
 from .kinds import conserved_by_kind
 from .paper import Paper, Table, scene_facts

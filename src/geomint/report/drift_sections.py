@@ -12,7 +12,7 @@ from ..plots.style import data_uri
 from ..run.solution import told_errors
 from ..watch.drift import ROUNDOFF
 from ..watch.growth import RULE
-from ..watch.quantities import KINDS
+from ..watch.kinds import KINDS
 from .kind_plots import draw_kind, draw_means_of, draw_own_kind, draw_quantity, swatch, worst
 from .kinds import ByKind, by_roundoff, conserved_by_kind, kinds_in_words, names_by_kind, outcomes
 from .motion_panels import motion_draws, motion_words

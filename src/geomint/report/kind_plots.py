@@ -15,7 +15,7 @@ from ..plots.drift_plots import draw_means, draw_sizes, grid_figure
 from ..plots.panels import Line, draw_lines, line_style, shared_legend, thinned
 from ..plots.style import series_style
 from ..watch.drift import ROUNDOFF
-from ..watch.quantities import KINDS
+from ..watch.kinds import KINDS
 from .kinds import by_roundoff, conserved_by_kind
 from .motion_panels import motion_draws
 from .text import number

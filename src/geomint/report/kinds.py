@@ -1,7 +1,8 @@
 """The quantities of runs by kind, and what became of them in words."""
 
 from ..plan import MethodRun, SeveralRuns
-from ..watch.quantities import KINDS, kind_of
+from ..watch.kinds import KINDS
+from ..watch.quantities import kind_of
 from .text import OUTCOMES, what_happened
 
 ByKind = dict[str, list[str]]  # names of quantities

@@ -11,7 +11,8 @@ from ..errors import StepError
 from ..kernels.numbers.blocks import scalar_block
 from ..methods.method import Method
 from ..methods.partial import Nodes, rounding
-from ..watch.drift import NOT_FINITE, not_finite
+from ..watch.drift import not_finite
+from ..watch.growth import NOT_FINITE
 from ..watch.observe import Observers
 from .callback import Reached
 from .crossings import Crossings, Stop

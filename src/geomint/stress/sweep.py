@@ -18,18 +18,6 @@ from .guard import Outcome, guarded
 from .judge import Cell, Found, Trial, judge
 from .known_end import KnownEnd, known_end
 
-__all__ = [
-    "Item",
-    "Result",
-    "Selection",
-    "family_of",
-    "items_of",
-    "run_item",
-    "run_selection",
-    "selected",
-    "sweep",
-]
-
 SECONDS = 60.0  # of a cell, compilations apart
 MEMORY = 12 << 30  # bytes of address space of a process
 WORKERS = 2

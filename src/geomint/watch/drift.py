@@ -11,18 +11,8 @@ import numpy as np
 
 from ..kernels.compiling.sameness import Compared
 from ..problems.shown import Shown
-from .growth import CLASSES, MIN_TREND_WINDOWS, NOT_FINITE, Growth, growth_of
+from .growth import MIN_TREND_WINDOWS, NOT_FINITE, Growth, growth_of
 from .windows import NOTHING, Windows
-
-__all__ = [
-    "CLASSES",
-    "NOT_FINITE",
-    "ROUNDOFF",
-    "Drift",
-    "drift_of_run",
-    "not_finite",
-    "walk_level",
-]
 
 # Deviations up to this, times the scale of the quantity, count as round-off.
 ROUNDOFF = 32.0 * 2.0**-52

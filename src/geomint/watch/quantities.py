@@ -5,20 +5,9 @@ from collections.abc import Iterable
 from ..errors import DomainError, nearest
 from ..problems.problem import Problem
 from .functions import ENERGY, Function
-from .kinds import KINDS, Kind
+from .kinds import KINDS
 from .registry import OWN, plugged, registered
 from .watcher import Watcher
-
-__all__ = [
-    "GROUPS",
-    "KINDS",
-    "Kind",
-    "expanded",
-    "find_watcher",
-    "kind_of",
-    "quantities_of",
-    "watcher_of",
-]
 
 GROUPS = ("invariants", "constraints", "observables", "all")
 

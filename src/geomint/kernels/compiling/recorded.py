@@ -13,11 +13,9 @@ from collections.abc import Callable
 from typing import Any
 
 from ...errors import DeclarationError, quoted
-from .fingerprint import Reach, fingerprint
+from .fingerprint import Reach
 from .sending import Sendable
 from .walk import Wrapped
-
-__all__ = ["Recorded", "field", "fingerprint", "helper", "inlined", "observable"]
 
 
 class Recorded(Sendable, Wrapped):

@@ -13,7 +13,8 @@ from ...errors import DomainError, StepError, WatcherError
 from ...methods.exact import Exact
 from ...methods.stepper import Stepper
 from ...problems.problem import Problem
-from ...watch.drift import NOT_FINITE, not_finite
+from ...watch.drift import not_finite
+from ...watch.growth import NOT_FINITE
 from ...watch.observe import Observers
 from ...watch.watcher import Run, Watcher
 from ..dense import Kept
