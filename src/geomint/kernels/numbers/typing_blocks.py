@@ -34,7 +34,7 @@ class BlockType(types.Type):
     `held` is the class of what Python holds.
     """
 
-    def __init__(self, row, rows: int | None = None, held=blocks.Block) -> None:
+    def __init__(self, row, rows=None, held=blocks.Block):
         self.row, self.rows, self.held = row, rows, held
         size = "" if rows is None else f", {rows}"
         super().__init__(name=f"block({row}{size})")
@@ -46,12 +46,12 @@ LANE_BLOCK = BlockType(LANE_VALUE, held=blocks.LaneBlock)
 
 @register_model(BlockType)
 class BlockModel(models.StructModel):
-    def __init__(self, dmm, fe_type: BlockType) -> None:
+    def __init__(self, dmm, fe_type):
         members = [("data", types.CPointer(types.float64)), ("rows", types.int64)]
         super().__init__(dmm, fe_type, members)
 
 
-def _number_of_rows(builder, typ: BlockType, block):
+def _number_of_rows(builder, typ, block):
     return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
 
 
@@ -60,7 +60,7 @@ def parts_of(row) -> tuple[Any, ...]:
     return getattr(row, "parts", (row,))
 
 
-def _width(row) -> int:
+def _width(row):
     """Numbers in a row: of all its parts."""
     return sum(LANES if part == LANE_VALUE else 1 for part in parts_of(row))
 
@@ -72,7 +72,7 @@ def place_in(row, part: int) -> tuple[int, ...]:
     return (part,) if hasattr(row, "parts") else ()
 
 
-def _row_pointers(context, builder, typ: BlockType, value, index) -> list[Any]:
+def _row_pointers(context, builder, typ, value, index):
     """Return the address of each part of a row."""
     block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
     if config.BOUNDSCHECK:
@@ -152,7 +152,7 @@ def _lower_length(context, builder, sig, args):
     return _number_of_rows(builder, sig.args[0], block)
 
 
-def _view(result: BlockType):
+def _view(result):
     """Return code that makes a block of type `result` from (block, start, rows)."""
 
     def codegen(context, builder, sig, args):
@@ -184,7 +184,7 @@ def _part(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-def _section(context, builder, sig, args, at: int):
+def _section(context, builder, sig, args, at):
     """Return part `at` of a layout: the sum of the rows before it is as constant as they are."""
     block, layout = sig.args[:2]
     sizes = [builder.extract_value(args[1], i) for i in range(at + 1)]
@@ -290,7 +290,7 @@ def _fixed_rows(typingctx, block, rows):
     return (block if known is None else BlockType(block.row, known))(block, rows), codegen
 
 
-def _views(statement, arguments, typemap, function, aliases, of_arguments) -> None:
+def _views(statement, arguments, typemap, function, aliases, of_arguments):
     """Let blocks, and tuples that may hold some, be views of all that they are made of."""
     target, made = statement.target.name, statement.value
     kind = (typemap or {}).get(target)

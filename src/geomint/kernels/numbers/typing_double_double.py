@@ -26,7 +26,7 @@ from .typing_lanes import LANE_MASK, LANE_VALUE, is_plain
 class DoubleDoubleType(types.Type):
     """An unevaluated sum hi + lo of two numbers of type `base`."""
 
-    def __init__(self, base) -> None:
+    def __init__(self, base):
         self.base = base
         super().__init__(name=f"double_double({base})")
 
@@ -52,15 +52,15 @@ DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 
 @register_model(DoubleDoubleType)
 class DoubleDoubleModel(models.StructModel):
-    def __init__(self, dmm, fe_type: DoubleDoubleType) -> None:
+    def __init__(self, dmm, fe_type):
         super().__init__(dmm, fe_type, [("hi", fe_type.base), ("lo", fe_type.base)])
 
 
-def _is_dd(x) -> bool:
+def _is_dd(x):
     return isinstance(x, DoubleDoubleType)
 
 
-def _part(index: int):
+def _part(index):
     @intrinsic
     def part(typingctx, x):
         def codegen(context, builder, sig, args):
@@ -262,7 +262,7 @@ def _angle(y, x):
     return _add(first, _divide(over, _add(_multiply(x, c), _multiply(y, s))))
 
 
-def _binary(functions: list[Any], implementation) -> None:
+def _binary(functions, implementation):
     for function in functions:
 
         @overload(function)
@@ -316,7 +316,7 @@ for _function in (operator.lt, operator.le, operator.gt, operator.ge):
     _binary([_function], _comparison(_function))
 
 
-def _unary(function, implementation, *shift: float) -> None:
+def _unary(function, implementation, *shift):
     @overload(function)
     def choose(x):
         return (lambda x: implementation(x, *shift)) if _is_dd(x) else None

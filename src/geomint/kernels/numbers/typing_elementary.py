@@ -13,7 +13,7 @@ from .typing_lanes import LANE_VALUE, LANES, extract_lane, insert_lane, is_plain
 _OPTIONS = {"error_model": "numpy"}
 
 
-def _elementary(function, one, eight) -> None:
+def _elementary(function, one, eight):
     """Let a function be code of numbers, and other code where some are lanes."""
     # Symbols are made of names, and must differ for each function (`compile._unique` says why).
     one.__qualname__ = f"{function.__name__}_of_one"
@@ -25,7 +25,7 @@ def _elementary(function, one, eight) -> None:
         return code if all(map(is_plain, numbers)) else None
 
 
-def _own(function, source) -> None:
+def _own(function, source):
     def of_one(x):
         return source(1.0 * x)
 
@@ -36,7 +36,7 @@ def _own(function, source) -> None:
     _elementary(function, code, code)
 
 
-def _with_library(function, source) -> None:
+def _with_library(function, source):
     library, far = getattr(math, function.__name__), circular.FAR
 
     def one(x):
@@ -52,7 +52,7 @@ def _with_library(function, source) -> None:
     _elementary(function, one, eight)
 
 
-def _inlined(source) -> None:
+def _inlined(source):
     overload(source, strict=False, jit_options={**_OPTIONS, "forceinline": True})(lambda *_: source)
 
 

@@ -6,7 +6,6 @@ lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithm
 
 import math
 import operator
-from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
@@ -27,14 +26,14 @@ _I32 = ir.IntType(32)
 class LaneValueType(types.Type):
     """Eight float64 numbers."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(name="lanes8")
 
 
 class LaneMaskType(types.Type):
     """Eight truth values: what comparing lane values gives."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(name="lanemask8")
 
 
@@ -44,13 +43,13 @@ LANE_MASK = LaneMaskType()
 
 @register_model(LaneValueType)
 class LaneValueModel(models.PrimitiveModel):
-    def __init__(self, dmm, fe_type) -> None:
+    def __init__(self, dmm, fe_type):
         super().__init__(dmm, fe_type, _VECTOR)
 
 
 @register_model(LaneMaskType)
 class LaneMaskModel(models.PrimitiveModel):
-    def __init__(self, dmm, fe_type) -> None:
+    def __init__(self, dmm, fe_type):
         super().__init__(dmm, fe_type, _MASK_VECTOR)
 
 
@@ -72,13 +71,13 @@ def _cast_number(context, builder, fromty, toty, value):
     return _as_vector(context, builder, fromty, value)
 
 
-def _mixes_lanes(args: tuple[Any, ...]) -> bool:
+def _mixes_lanes(args):
     return LANE_VALUE in args and all(
         a == LANE_VALUE or isinstance(a, types.Float | types.Integer) for a in args
     )
 
 
-def _register_binary(functions: list[Any], emit, result) -> None:
+def _register_binary(functions, emit, result):
     for function in functions:
 
         @infer_global(function)
@@ -118,7 +117,7 @@ for _sign, _function in (
 _register_binary([operator.ne], lambda b, x, y: b.fcmp_unordered("!=", x, y), LANE_MASK)
 
 
-def _register_on(value_type, function, arity: int, emit) -> None:
+def _register_on(value_type, function, arity, emit):
     """Let an operator take `arity` values of a value_type and give one."""
 
     @infer_global(function)
@@ -144,7 +143,7 @@ def call_vector_function(builder, name: str, vectors):
     return builder.call(function, vectors)
 
 
-def _vector_intrinsic(name: str):
+def _vector_intrinsic(name):
     """Return a numba intrinsic that calls LLVM's `name` on whole vectors."""
 
     @intrinsic
@@ -303,7 +302,7 @@ def _overload_maximum(x, y):
     return lambda x, y: arithmetic.select(x > y, x, arithmetic.select(x >= x, y, x))
 
 
-def _of_bits(function, emit) -> None:
+def _of_bits(function, emit):
     """Let a function of float64 and of lanes be instructions on bits."""
 
     @instruction(function)
@@ -349,7 +348,7 @@ def _like(typingctx, value, example):
     return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
 
 
-def _overload_but(function, having: str, found) -> None:
+def _overload_but(function, having, found):
     """Let a function be another one of all numbers, but of those that have something."""
 
     @overload(function, inline="always")

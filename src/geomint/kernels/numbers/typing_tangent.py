@@ -8,7 +8,6 @@ lanes, a tangent number of eight directions costs about three plain numbers. The
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -34,7 +33,7 @@ class TangentType(types.Type):
     beside a float64 value.
     """
 
-    def __init__(self, base, element, count: int) -> None:
+    def __init__(self, base, element, count):
         self.base, self.element, self.count = base, element, count
         super().__init__(name=f"tangent({base}, {count} {element})")
 
@@ -83,20 +82,20 @@ def tangent_lanes(directions: int) -> tuple[TangentType, BlockType, BlockType]:
 
 @register_model(TangentType)
 class TangentModel(models.StructModel):
-    def __init__(self, dmm, fe_type: TangentType) -> None:
+    def __init__(self, dmm, fe_type):
         slopes = types.UniTuple(fe_type.element, fe_type.count)
         super().__init__(dmm, fe_type, [("value", fe_type.base), ("slopes", slopes)])
 
 
-def _is_tangent(x) -> bool:
+def _is_tangent(x):
     return isinstance(x, TangentType)
 
 
-def _is_eight(x) -> bool:
+def _is_eight(x):
     return getattr(x, "base", x) == LANE_VALUE
 
 
-def _joined(*given) -> TangentType | None:
+def _joined(*given):
     """Return the type of what numbers give, one of them a tangent one; None if they do not fit."""
     tangents = [x for x in given if _is_tangent(x)]
     if not tangents or not all(_is_tangent(x) or is_plain(x) for x in given):
@@ -113,7 +112,7 @@ def _joined(*given) -> TangentType | None:
 class _Number:
     """An operand as one of type `to`: value, and slopes unless it is a constant."""
 
-    def __init__(self, a, to: TangentType, kind, given) -> None:
+    def __init__(self, a, to, kind, given):
         self._a, self._to = a, to
         self.constant = not _is_tangent(kind)
         if self.constant:
@@ -135,13 +134,13 @@ class _Number:
         return broadcast(self._a.builder, value) if self._to.packed else value
 
 
-def _operands(context, builder, to: TangentType, kinds, values):
+def _operands(context, builder, to, kinds, values):
     """Return the arithmetic of a type, and operands of an operation that gives it."""
     a = Instructions(context, builder)
     return a, *(_Number(a, to, kind, value) for kind, value in zip(kinds, values, strict=True))
 
 
-def _pack(a, kind: TangentType, value, slopes: Sequence[Any]):
+def _pack(a, kind, value, slopes):
     packed = cgutils.get_null_value(a.context.get_value_type(kind))
     packed = a.builder.insert_value(packed, value, 0)
     for k, slope in enumerate(slopes):
@@ -149,14 +148,14 @@ def _pack(a, kind: TangentType, value, slopes: Sequence[Any]):
     return packed
 
 
-def _sum(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _sum(a, x, y):
     value = a.add(x.value, y.value)
     if x.constant or y.constant:
         return value, x.slopes or y.slopes
     return value, [a.add(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
 
 
-def _difference(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _difference(a, x, y):
     value = a.subtract(x.value, y.value)
     if y.constant:
         return value, x.slopes
@@ -165,7 +164,7 @@ def _difference(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.subtract(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
 
 
-def _product(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _product(a, x, y):
     value = a.multiply(x.value, y.value)
     if x.constant or y.constant:
         number, other = (x, y) if x.constant else (y, x)
@@ -176,7 +175,7 @@ def _product(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.fused(p, u, a.multiply(q, s)) for s, u in pairs]
 
 
-def _quotient(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+def _quotient(a, x, y):
     value = a.divide(x.value, y.value)
     if y.constant:
         divisor = y.factor
@@ -189,7 +188,7 @@ def _quotient(a, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.multiply(by, a.fused(times, u, s)) for s, u in pairs]
 
 
-def _register(function, result: Callable[[TangentType], Any], emit) -> None:
+def _register(function, result, emit):
     """Let an operator take two numbers, one of which at least is a tangent number."""
 
     @infer_global(function)
@@ -227,7 +226,7 @@ for _functions, _emit in (
         _register(_function, lambda joined: joined, _binary(_emit))
 
 
-def _truth(joined: TangentType):
+def _truth(joined):
     """Return the type of a comparison of values."""
     return LANE_MASK if joined.base == LANE_VALUE else types.boolean
 
@@ -255,7 +254,7 @@ def _cast(context, builder, fromty, toty, value):
     return _pack(a, toty, number.value, number.slopes)
 
 
-def _unary(function, emit) -> None:
+def _unary(function, emit):
     """Let a function take a tangent number and give one."""
 
     @infer_global(function)
@@ -270,7 +269,7 @@ def _unary(function, emit) -> None:
         return _pack(a, kind, *emit(a, x))
 
 
-def _size(a, x: _Number) -> tuple[Any, list[Any]]:
+def _size(a, x):
     negative = a.is_negative(x.value)
     value, *slopes = [a.select(negative, a.negative(p), p) for p in (x.value, *x.slopes)]
     return value, slopes
@@ -364,7 +363,7 @@ def _valued(typingctx, x, value):
     return x(x, x.base), codegen
 
 
-def _of_tangents(function, compiled) -> None:
+def _of_tangents(function, compiled):
     """Let a function of numbers, one of them a tangent one, be compiled as another."""
     # Symbols are made of it, and must differ (`compile._unique` says why).
     compiled.__qualname__ = f"{function.__name__}_of_tangents"
