@@ -510,3 +510,20 @@ def test_no_more_steps_than_allowed(name: str, limit: int) -> None:
 def test_limits_that_make_no_sense(limit: float) -> None:
     with pytest.raises(gi.DomainError, match="max_steps"):
         gi.Adaptive(gi.RungeKutta("dop853"), max_steps=limit)
+
+
+@pytest.mark.parametrize("name", ["dop853-adaptive", "dormand-prince-5-adaptive"])
+@pytest.mark.parametrize("t0", [4.24, -1e3, 1e6])
+def test_a_first_step_that_no_time_can_tell(name: str, t0: float) -> None:
+    """Nearly from rest the first step that tolerances allow is no step there: it is made longer."""
+    problem = gi.Problem("fall", (("q", 1), ("v", 1)), field=falls)
+    for options in ({}, {"step": 1e-18}):
+        for v in (1e-16, 1e-14, 1e-12):
+            sol = gi.solve(problem, [0.0, v], t0=t0, t_end=t0 + 1.0, method=name, **options)
+            np.testing.assert_allclose(sol.y[-1], [-0.5, -1.0], rtol=0, atol=1e-11)
+
+
+@gi.field
+def falls(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 1.0 * y[1]
+    out[1] = -1.0 + 0.0 * y[0]

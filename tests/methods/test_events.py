@@ -259,6 +259,35 @@ def test_where_runs_begin_and_end() -> None:
             np.testing.assert_allclose(rest.t_events[0], [sign * math.pi] * told, atol=1e-14)
 
 
+@gi.event
+def of_roots(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """A polynomial by how many roots it has, and these."""
+    product = 1.0 + 0.0 * y[0]
+    for i in range(9):
+        product = product * gi.select(i < params[0], y[0] - params[1 + i], 1.0 + 0.0 * y[0])
+    return product
+
+
+@pytest.mark.parametrize(("method", "step"), [("gauss-8", 0.37), ("rk-4", 0.05), ("rk-4", 5.0)])
+@pytest.mark.parametrize("t0", [0.0, 1e6, -1e9])
+def test_roots_at_the_ends_of_steps(method: str, step: float, t0: float) -> None:
+    """Multiple ones soon after the beginning, at both ends of a step, and those that touch a node."""
+    for roots, simple in (
+        ([1e-4] * 5, [1e-4]),
+        ([1e-6] * 3, [1e-6]),
+        ([0.0] * 2 + [5.0] * 5 + [2.5], [2.5]),
+        ([1.0] * 2, []),
+        ([0.37] * 2 + [1.0] * 4 + [2.0] * 3, [2.0]),
+    ):
+        for y0, sign in ((0.0, 1.0), (5.0, -1.0)):
+            params = [len(roots), *(y0 + sign * np.array(roots)), *[0.0] * (9 - len(roots))]
+            problem = gi.Problem("line", LINE.pieces, params, field=passing)
+            run = {"t0": t0, "t_end": t0 + 5.0 * sign, "method": method, "step": step}
+            met = gi.solve(problem, [y0], **run, events=of_roots)
+            found = np.abs(met.events["of_roots"].y[:, 0] - y0)
+            np.testing.assert_allclose(found, simple, rtol=0, atol=1e-14 + math.ulp(t0))
+
+
 def test_sections_that_begin_on_their_surface() -> None:
     """Points are counted from the next crossing on, in τ and t, forwards and backwards."""
     ball = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()

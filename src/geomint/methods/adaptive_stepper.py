@@ -17,7 +17,7 @@ from ..errors import (
 )
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section, sections
-from ..kernels.solve.adaptive import adaptive_coefficients, adaptive_memory, adaptive_work
+from ..kernels.solve.adaptive import SPACINGS, adaptive_coefficients, adaptive_memory, adaptive_work
 from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
 from .adaptive import Adaptive
@@ -84,6 +84,7 @@ class AdaptiveStepper(Stepper):
         sizes = self._remembered("smallest"), self._remembered("largest")
         super().begin(np.append(y, t), t, h)
         remembered = sections(self.memory, adaptive_memory(self.rows, REST))
+        h = math.copysign(max(abs(h), 2.0 * SPACINGS * abs(t)), h)  # else it is none at all
         remembered.next[0] = math.copysign(min(abs(h), self.allowed.max_step), h)
         remembered.smallest[0], remembered.largest[0] = sizes
 

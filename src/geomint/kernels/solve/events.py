@@ -94,6 +94,12 @@ def at_start(orbit, node: int, value: float, after: float, size: float) -> float
 
 
 @inlined
+def sign_of(value: float) -> float:
+    """Return 1, −1, or 0 of 0."""
+    return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0
+
+
+@inlined
 def met(
     orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
     found: int, out,
@@ -126,7 +132,9 @@ def changed(
             real_value(orbit, node, theta)
         keep(orbit, node, theta, sign, found, out)
         found += 1
-    if roots == ONE:
+    # What touches an end may cross it by the rounding of times: the sign behind is to be seen.
+    touches = roots == ONE and abs(f[4]) <= ROUNDING * signs[1]
+    if roots == ONE and not (touches and clear_of(orbit, node, a, b, 1.0, -sign) == 1.0):
         sign = -sign
         if direction * sign >= 0.0:
             theta = root(orbit, node, a, b, f, sign > 0.0, ROUNDING * signs[1])
@@ -214,6 +222,7 @@ def search(orbit, node: int, direction: int, signs, pieces, values, found: int, 
         for k in range(FIVE):
             f[k] = piece[2 + k]
             size = max(size, abs(f[k]))
+        signs[1] = max(signs[1], size)
         if size <= TOUCH * signs[1]:
             continue
         tail = 0.0
@@ -314,6 +323,7 @@ def find(
         end = f[4]
         if start:
             f[0] = at_start(orbit, last, f[0], end, signs[1])
+            signs[0] = sign_of(f[0])
         pieces[2], pieces[1 + FIVE], signs[2] = f[0], end, 0.0
         roots, sign, rounding = UNCLEAR, 0.0, ROUNDING * signs[1]
         if from_nodes and node >= NODES - 1:
@@ -338,7 +348,7 @@ def find(
             else:
                 found = search(orbit, last, direction, signs, pieces, five, found, out)
         if note[0] == OK and end != 0.0 and end * signs[0] <= 0.0:  # behind what does not decide
-            f[4], sign = end, 1.0 if end > 0.0 else -1.0
+            f[4], sign = end, sign_of(end)
             found = changed(orbit, last, 1.0, 1.0, f, 0, sign, direction, signs, found, out)
         for k in range(earlier, found):  # what is before a node is not at it, by rounding
             h = times[node] - times[last]
