@@ -524,6 +524,6 @@ def test_a_first_step_that_no_time_can_tell(name: str, t0: float) -> None:
 
 
 @gi.field
-def falls(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+def falls(params, t, y, out, work) -> None:
     out[0] = 1.0 * y[1]
     out[1] = -1.0 + 0.0 * y[0]
