@@ -30,6 +30,10 @@ NARROWEST = 2.0**-22  # of a piece
 ROUGH = 2.0**-20  # of the function's size: where narrow parts are larger, it jumps
 TOGETHER = 8  # pieces that are halved at once
 LARGEST = 1e308
+PLAIN = (
+    2.0**-10
+)  # of the values beside a root, over its bracket: a smaller slope may be of a multiple one
+MOST = 100  # values at a root
 
 
 class Failure(NamedTuple):
@@ -81,7 +85,8 @@ class Roots:
 
     def __init__(self, span: float) -> None:
         self._span = span
-        self._size = self._sign = 0.0  # largest |value| so far; the last sign that was not 0
+        # The largest |value| so far; the last sign that was not 0, and up to when it is known.
+        self._size = self._sign = self._until = 0.0
 
     def within(self, edges: Array, known: Array, values: Values) -> Found:
         """Return the roots between edges.
@@ -121,15 +126,20 @@ class Roots:
         """Return the roots of parts in their order, each with one root or none."""
         last = np.where(parts.one, -parts.first, parts.first)
         before = np.concatenate([[self._sign], last[:-1]])[: len(last)]
+        until = np.concatenate([[self._until], parts.high])[: len(last)]
         # The root was where the part begins, or in what was too small to decide.
-        edges = before == -parts.first
-        inside = parts.of(parts.one)
-        times = np.concatenate([parts.low[edges], _met(inside, values)])
+        edges, inside = np.flatnonzero(before == -parts.first), parts.of(parts.one)
+        signed = np.argmax(parts.values * parts.first[:, None] > 0.0, axis=1)
+        ends = points_of(parts.low, parts.high)[edges, signed[edges]]
+        small = _Bracket(until[edges], ends, parts.first[edges], parts.size[edges])
+        known = _Bracket(inside.low.copy(), inside.high.copy(), -inside.first, inside.size)
+        at_edges = _met(small, 0.5 * (small.a + small.b), 0.0 * ends, values)
+        times = np.concatenate([at_edges, _met(known, *_guessed(inside), values)])
         directions = np.concatenate([parts.first[edges], -inside.first])
-        which = np.concatenate([np.flatnonzero(edges), np.flatnonzero(parts.one)])
+        which = np.concatenate([edges, np.flatnonzero(parts.one)])
         order = np.argsort(which, kind="stable")
         if len(last):
-            self._sign = float(last[-1])
+            self._sign, self._until = float(last[-1]), float(parts.high[-1])
         return Found(times[order], directions[order], failure)
 
 
@@ -232,22 +242,38 @@ def _rough(parts: _Parts) -> Failure | None:
     return Failure(int(parts.piece[i]), float(parts.low[i]), float(parts.size[i]), why)
 
 
-def _met(parts: _Parts, values: Values) -> Array:
-    """Return where the function is 0, of parts with one root each.
+class _Bracket(NamedTuple):
+    """Times with one root each between them; the sign at b, which is not that at a; |values| beside."""
 
-    From the root of the polynomial on by the secant method on the function, kept within the bracket.
-    """
+    a: Array
+    b: Array
+    sign: Array
+    size: Array
+
+
+def _guessed(parts: _Parts) -> tuple[Array, Array]:
+    """Return where polynomials with one root each are 0, and their slopes."""
     low, high = np.zeros(len(parts.low)), np.ones(len(parts.low))
     for _ in range(30):
         middle = 0.5 * (low + high)
         beyond = polynomial(parts.values, middle) * parts.first <= 0.0
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
     span = parts.high - parts.low
-    slopes = polynomial(parts.values, low + 1e-4) - polynomial(parts.values, low - 1e-4)
-    slopes /= 2e-4 * span
-    a, b, times = parts.low.copy(), parts.high.copy(), parts.low + low * span
+    rise = polynomial(parts.values, low + 1e-4) - polynomial(parts.values, low - 1e-4)
+    return parts.low + low * span, rise / (2e-4 * span)
+
+
+def _met(bracket: _Bracket, times: Array, slopes: Array, values: Values) -> Array:
+    """Return where the function turns to the sign at b, from times on: the sign of 0 is that before.
+
+    By the secant method where the slope is plain, and stays about what it is at first; else roots may
+    be multiple, and moves get small far away from them: there the bracket is halved.
+    """
+    a, b, sign, size = bracket
+    span, first = b - a, 0.25 * np.abs(slopes)
     active, before, at = np.arange(len(times)), np.zeros(len(times)), np.full(len(times), np.nan)
-    for k in range(60):
+    plain = np.abs(slopes * span) > PLAIN * size
+    for k in range(MOST):
         if not len(active):
             break
         t, value = times[active], values(times[active])
@@ -257,12 +283,15 @@ def _met(parts: _Parts, values: Values) -> Array:
             slope = np.where(np.isfinite(secant) & (secant != 0.0), secant, slopes[active])
             step = -value / slope
         slopes[active], before[active], at[active] = slope, value, t
-        beyond = value * parts.first[active] <= 0.0
+        plain[active] &= np.abs(slope) > first[active]
+        beyond = value * sign[active] > 0.0
         a[active], b[active] = np.where(beyond, a[active], t), np.where(beyond, t, b[active])
         least = np.maximum(2.0**-48 * np.abs(span[active]), 0.5 * np.spacing(np.abs(t)))
-        near = (value == 0.0) | (np.abs(step) <= least) | (np.abs(b - a)[active] <= least)
+        near = plain[active] & (value != 0.0) & (np.abs(step) <= least)
+        within = ~near & (np.abs(b - a)[active] <= 2.0 * least)
         ahead = t + step
         strayed = ~((ahead - a[active]) * (ahead - b[active]) < 0.0) | (k % 8 == 7)
-        times[active] = np.where(near, t, np.where(strayed, 0.5 * (a + b)[active], ahead))
-        active = active[~near]
+        ahead = np.where(strayed | ~plain[active], 0.5 * (a + b)[active], ahead)
+        times[active] = np.where(near, t, np.where(within, a[active], ahead))
+        active = active[~(near | within)]
     return times
