@@ -290,6 +290,11 @@ def test_a_default_step_that_fails_is_halved() -> None:
     again = gi.Integrator(p, y0, method)
     again.step(40)
     assert (again.steps, again.h < first) == (40, True)
+    for share in (0.55, 0.95):  # of which only the last step, less than a whole one, fails
+        last = gi.Integrator(p, y0, method)
+        last.state = [1.0, 0.0, 0.7]
+        last.propagate_for(share * last.h)
+        np.testing.assert_allclose(np.hypot(*last.state[:2]), 1.0, atol=1e-12)
     given = gi.Integrator(p, y0, method, step=first)
     with pytest.raises(gi.ConvergenceError):
         given.propagate_until(5.0)

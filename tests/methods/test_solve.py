@@ -704,6 +704,19 @@ def test_a_run_of_no_length(method: str, begin: float) -> None:
         np.testing.assert_array_equal(kept.error_estimate, np.zeros_like(kept.error_estimate))
 
 
+@pytest.mark.parametrize("method", ["gauss-8", "rk-4", "dop853-adaptive", "auto"])
+def test_a_run_of_no_length_far_away(method: str) -> None:
+    """Nothing is less than a rounding of a time to which no step leads."""
+    import chaplygin as ch
+
+    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).reduced()
+    for far in (1e17, -1e300):
+        run = {"t0": far, "t_end": far, "method": method}
+        for options in ({"tolerance": 1e-8},) if method == "auto" else ({}, {"step": 0.1}):
+            sol = gi.solve(problem, problem.random_state(3), **run, **options)
+            assert (sol.t.tolist(), sol.steps) == ([far], 0)
+
+
 def test_a_run_of_no_length_in_another_time() -> None:
     """Of a problem in τ, by either end; and the derivative of its flow."""
     import chaplygin as ch

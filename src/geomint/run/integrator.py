@@ -385,7 +385,10 @@ class Integrator:
         if abs(rest) > rounding(end):
             stepper = self.stepper
             rest = within(here, rest, end)
-            y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
+            try:
+                y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
+            except StepError as error:
+                return self._halve(error)
             if self._watched is not None:
                 self._tell(self._watched.cut(end, y))
             if self._carried is not None:
@@ -411,15 +414,17 @@ class Integrator:
             self._carry(self._carried, good.steps, mark)
             self._carried.follow(self.stepper.memory.data)
         if asked.status != OK:
-            error = self.failure(asked, good)
-            if not (self._default and abs(self.h) > SHORTEST * abs(self._start.h)):
-                raise error
-            tell(StepWarning(f"{error}; from there steps are half as long", time=self.time))
-            self._anew(self.state, self.time, 0.5 * self.h)
-            return good.steps
-        if watched is not None:
+            self._halve(self.failure(asked, good))
+        elif watched is not None:
             self._tell(watched.look())
         return good.steps
+
+    def _halve(self, error: StepError) -> None:
+        """Go on with half of a default step that has failed; raise where that is of no use."""
+        if not (self._default and abs(self.h) > SHORTEST * abs(self._start.h)):
+            raise error
+        tell(StepWarning(f"{error}; from there steps are half as long", time=self.time))
+        self._anew(self.state, self.time, 0.5 * self.h)
 
     def _tell(self, error: LocalError | None) -> None:
         """Warn, once, of steps that err by more than is promised."""

@@ -94,7 +94,7 @@ def plan_timeline(
         if not own and problem.clock is not None:
             rate = abs(value_of(problem, problem.clock, y0, compiled)(y0, 0.0))
         _check_count(rate, span, size, step is not None)
-        if own:
+        if own and span:
             check_advance(size, max(abs(start), abs(end)))
     if not span:
         return Timeline(start, h, 0, 0.0, start, None)
