@@ -388,7 +388,8 @@ class Integrator:
             try:
                 y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
             except StepError as error:
-                return self._halve(error)
+                self._halve(error)
+                return
             if self._watched is not None:
                 self._tell(self._watched.cut(end, y))
             if self._carried is not None:
