@@ -57,6 +57,7 @@ __all__ = [
     "loaded",
     "nearest",
     "printable",
+    "raised",
 ]
 
 
@@ -129,6 +130,15 @@ def shortened(text: str, longest: int = LONGEST) -> str:
     if len(text) <= longest:
         return text
     return f"{text[: longest - 40]} … {text[-20:]} ({len(text)} characters)"
+
+
+def raised(error: BaseException) -> str:
+    """Return the kind of an error and what it says, on one line of bounded length."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:  # whatever a foreign object raises there
+        text = "?"
+    return shortened(f"{type(error).__name__}: {text}", 500)
 
 
 def printable(text: str) -> str:
@@ -265,16 +275,18 @@ def loaded(point: EntryPoint) -> Any:
     """Return what an entry point stands for; `MissingCodeError`, whatever its package raises."""
     try:
         return point.load()
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever its modules raise when they are imported
         what = f"entry point {point.name!r} of the group {point.group}"
-        why = f"{point.value!r} cannot be loaded: {type(error).__name__}: {error}"
+        why = f"{point.value!r} cannot be loaded: {raised(error)}"
         raise MissingCodeError(what, why) from error
 
 
 def leave_out(point: EntryPoint, expected: str, error: BaseException) -> None:
     """Warn that nothing is taken from an entry point."""
     said = f"entry point {point.name!r} of the group {point.group} is left out: expected {expected}"
-    tell(LeftOutWarning(f"{said}; {type(error).__name__}: {error}", point.name))
+    tell(LeftOutWarning(f"{said}; {raised(error)}", point.name))
 
 
 def keeping(function: Callable[P, R]) -> Callable[P, R]:

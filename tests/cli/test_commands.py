@@ -3,12 +3,13 @@
 import json
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from types import SimpleNamespace
 
 import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, field_validator
 
 import geomint as gi
 from chaplygin import scenes
@@ -267,13 +268,22 @@ def test_commands_of_other_packages(monkeypatch):
         ("of_bad_syntax:x", "SyntaxError"),
         ("that_exits:x", "SystemExit"),
         ("that_fails:x", "KeyError"),
+        ("that_is_skipped:x", "Skipped"),
+        ("without_words:x", "Dumb: ?"),
+        ("of_two_lines:x", "ValueError: one two"),
         ("json:loads", "is not a"),
         ("no value", "AttributeError"),
     ],
 )
 def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, monkeypatch):
     """One line and exit code 2 for who names what it registers; the rest is as it was."""
-    for name, text in (("of_bad_syntax", "x ="), ("that_exits", "exit()"), ("that_fails", "{}[0]")):
+    sources = {
+        "of_bad_syntax": "x =", "that_exits": "exit()", "that_fails": "{}[0]",
+        "that_is_skipped": "class Skipped(BaseException): pass\nraise Skipped",
+        "without_words": "class Dumb(Exception):\n    __str__ = None\nraise Dumb",
+        "of_two_lines": r"raise ValueError('one\ntwo')",
+    }  # fmt: skip
+    for name, text in sources.items():
         (tmp_path / f"{name}.py").write_text(f'"""Of a package."""\n{text}\n', encoding="utf-8")
     info = tmp_path / "broken-1.0.dist-info"
     info.mkdir()
@@ -365,11 +375,8 @@ def test_a_scene_without_a_field_takes_the_method_that_fits(tmp_path, monkeypatc
     class Nothing(BaseModel):
         model_config = ConfigDict(extra="forbid")
 
-    spring = gi.natural_in_space(gi.helper(pull))
-    problem = gi.Problem("spring", (("q", 1), ("v", 1)), splitting=spring)
-
     def build(parameters, initial):
-        return gi.Model({"own": problem}, {"own": np.array([1.0, 0.0])})
+        return gi.Model({"own": SPRING}, {"own": np.array([1.0, 0.0])})
 
     system = gi.System("spring", "a spring", Nothing, Nothing, build)
 
@@ -387,8 +394,82 @@ def test_a_scene_without_a_field_takes_the_method_that_fits(tmp_path, monkeypatc
     assert "verlet-8" in invoke("check", path).stdout
 
 
+class Skipped(BaseException):
+    """As modules of tests raise it, where they are not to be run."""
+
+
+class Empty(BaseModel):
+    pass
+
+
+class Dumb(Exception):  # noqa: N818
+    __str__ = None
+
+
+class Checking(BaseModel):
+    x: float
+
+    @field_validator("x")
+    @classmethod
+    def checked(cls, x):
+        raise KeyError("from a check")
+
+
+def failing(error):
+    def build(parameters, initial):
+        raise error
+
+    return build
+
+
+def of_itself(parameters, initial):
+    return of_itself(parameters, initial)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (failing(TypeError("one\ntwo")), "TypeError: one two"),
+        (failing(KeyError("key")), "KeyError: 'key'"),
+        (failing(SystemExit(3)), "SystemExit: 3"),
+        (failing(Skipped("later")), "Skipped: later"),
+        (failing(Dumb()), "Dumb: ?"),
+        (of_itself, "RecursionError"),
+        (lambda: None, "takes 0 positional arguments"),
+        (lambda parameters, initial: None, "None, which is no Model"),
+        (lambda parameters, initial: gi.Model({}, {}), "problems = {}: expected"),
+        (lambda parameters, initial: gi.Model({"own": 3}, {"own": 0.0}), "problems = {'own': 3}"),
+        (lambda parameters, initial: gi.Model(dict.fromkeys("a", SPRING), {}), "for each of ['a']"),
+        (Checking, "[system]: its checks failed, KeyError: 'from a check'"),
+    ],
+)
+def test_a_system_that_is_broken_is_told_in_one_line(build, words, tmp_path, monkeypatch):
+    from geomint.problems import systems
+
+    keys = Checking if build is Checking else Empty
+    system = gi.System("broken", "a broken one", keys, Empty, build)
+    point = SimpleNamespace(name="broken", value="other:BROKEN", load=lambda: system)
+    monkeypatch.setattr(systems, "entry_points", lambda group: [point])
+    path = tmp_path / "broken.toml"
+    path.write_text('[system]\nname = "broken"\nx = 1.0\n[time]\nt_end = 3.0\n', "utf-8")
+    for command in ("check", "run", "scan"):
+        told = invoke(command, path)
+        assert told.exit_code == 2, (command, told.exception)
+        assert words in told.stderr.strip().rpartition("\n")[2]
+        assert len(told.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("given", [(int, Empty, dict), (Empty, {}, dict), (Empty, Empty, 3)])
+def test_a_system_is_made_of_models_and_a_function(given):
+    with pytest.raises(gi.DomainError, match=r"BaseModel|a function"):
+        gi.System("none", "no system", *given)
+
+
 def pull(params, t, q, out, work):
     out[0] = -1.0 * q[0]
+
+
+SPRING = gi.Problem("spring", (("q", 1), ("v", 1)), splitting=gi.natural_in_space(gi.helper(pull)))
 
 
 def test_outputs_have_default_places(tmp_path, monkeypatch):

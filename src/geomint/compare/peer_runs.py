@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from ..errors import FormError
+from ..errors import FormError, raised
 from ..methods.rattle import Rattle
 from ..problems.problem import Problem
 from ..problems.systems import Model
@@ -41,7 +41,7 @@ def peer_runs(
             left_out[peer.name] = str(error)
             continue
         except (Exception, SystemExit) as error:  # whatever a broken package raises
-            left_out[peer.name] = f"{type(error).__name__}: {error}"
+            left_out[peer.name] = raised(error)
             continue
         blank = Point(peer.name, 0, name, 0.0, None, peer=f"{peer.package} {version}")
         expected, before = 0.0, 1.0
@@ -107,7 +107,7 @@ def _point(
             found, last = _timed(ready)
             seconds.append(last)
     except Exception as error:  # whatever another package raises
-        return replace(point, status=f"failed: {type(error).__name__}: {error}")
+        return replace(point, status=f"failed: {raised(error)}")
     return replace(
         point,
         step=abs(motion.end) / found.steps if found.steps else point.step,

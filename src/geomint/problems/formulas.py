@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import FormError
+from ..errors import FormError, raised
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import Signature
 from ..kernels.numbers.blocks import Block
@@ -47,6 +47,6 @@ def traced_field(problem: Problem, algebra: Algebra, time: Any, state: Sequence[
     try:
         problem.field(Block(problem.params), Traced(time, algebra), y, out, work)
     except Exception as error:  # whatever the source makes of such numbers
-        what = f"its field is no formula: {type(error).__name__}: {error}"
+        what = f"its field is no formula: {raised(error)}"
         raise FormError(what) from error
     return [symbol(rate) for rate in out.data]

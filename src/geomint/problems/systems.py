@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..arguments import Array
-from ..errors import SceneError, loaded, nearest, quoted
+from ..errors import DomainError, SceneError, loaded, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 from .time_transformation import time_transformed
@@ -71,6 +71,15 @@ class Model(Sendable):
     conditions: Mapping[str, str] = field(default_factory=dict)
     reductions: tuple[Reduction, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse what has no problem, or not a state for each."""
+        given = self.problems
+        known = isinstance(given, Mapping) and all(isinstance(p, Problem) for p in given.values())
+        if not (known and given):
+            raise DomainError("problems", given, "problems by name, at least one")
+        if not (isinstance(self.states, Mapping) and given.keys() <= self.states.keys()):
+            raise DomainError("states", self.states, f"a state for each of {quoted([*given])}")
+
 
 def in_time(model: Model, clock: str) -> Model:
     """Return a model with its first representation in another time.
@@ -108,6 +117,16 @@ class System(Sendable):
     parameters: type[BaseModel]
     initial: type[BaseModel]
     build: Callable[[Any, Any], Model]
+
+    def __post_init__(self) -> None:
+        """Refuse what scenes could not be checked by."""
+        for name in ("parameters", "initial"):
+            if not isinstance(given := getattr(self, name), type) or not issubclass(
+                given, BaseModel
+            ):
+                raise DomainError(name, given, "a class that inherits from pydantic.BaseModel")
+        if not callable(self.build):
+            raise DomainError("build", self.build, "a function")
 
 
 def system_names() -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError, WatcherError, shortened
+from ..errors import DomainError, WatcherError, raised, shortened
 from ..kernels.compiling.sameness import Compared
 
 
@@ -67,5 +67,5 @@ def asked_to_end(callback: Callback, reached: Reached) -> bool:
         said = shortened(repr(answer), 60)
         raise TypeError(f"it returned {said}: expected True, False or None")
     except Exception as error:  # whatever a user's function raises
-        what = f"{type(error).__name__}: {error}"
+        what = raised(error)
         raise WatcherError("callback", reached.tau, what) from error

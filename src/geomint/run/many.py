@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ..errors import GeomintError, StepError
+from ..errors import GeomintError, StepError, raised
 from .solution import Solution
 
 T = TypeVar("T")
@@ -85,7 +85,7 @@ def attempt(
     except GeomintError as error:
         partial = error.partial if isinstance(error, StepError) else None
         if partial is None:
-            return Outcome(None, "failed", f"{type(error).__name__}: {error}", error)
+            return Outcome(None, "failed", raised(error), error)
         return Outcome(partial, partial.status, partial.message, error, partial.run_seconds)
     median = statistics.median(seconds)
     return Outcome(

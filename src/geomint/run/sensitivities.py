@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, finite
-from ..errors import DomainError, GeomintError, quoted
+from ..errors import DomainError, GeomintError, quoted, raised
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block
 from ..methods import Method
@@ -218,7 +218,7 @@ class _Family:
                 raise
             except Exception as error:
                 said = f"a function that returns a problem for {quoted(dict(values))}"
-                reason = f"{said}: {type(error).__name__}: {error}"
+                reason = f"{said}: {raised(error)}"
                 raise DomainError("problem", self._given, reason) from error
         if isinstance(found, tuple) and len(found) == 2:
             if y0 is not None:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from ..errors import GeomintError, SceneError, closest, quoted
+from ..errors import GeomintError, SceneError, closest, quoted, raised
 from .explain import explained
 from .model import Content, Raw
 
@@ -40,7 +40,9 @@ class Flaws(list[str]):
             return model.model_validate(given)
         except ValidationError as error:
             self += explained(error, model, keys, given)
-            return None
+        except Exception as error:  # of another package's own checks
+            self.append(f"[{'.'.join(keys)}]: its checks failed, {raised(error)}")
+        return None
 
     def asked(self, where: str, function: Callable[..., T], *given: Any) -> T | None:
         """Return what a function returns; None if it raises an error, which is a flaw."""
@@ -97,6 +99,8 @@ def mended(model: type[Section], given: Any) -> Section | None:
         return model.model_validate(given)
     except ValidationError as error:
         wrong = {str(e["loc"][0]): e["type"] for e in error.errors() if e["loc"]}
+    except Exception:
+        return None
     left = {key: value for key, value in given.items() if key not in wrong}
     free = [key for key in model.model_fields if key not in given]
     for key in (key for key, kind in wrong.items() if kind == "extra_forbidden"):
@@ -105,5 +109,5 @@ def mended(model: type[Section], given: Any) -> Section | None:
             left.setdefault(meant, given[key])
     try:
         return model.model_validate(left)
-    except ValidationError:
+    except Exception:
         return None

@@ -16,7 +16,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SceneError, leave_out, nearest, quoted, shortened
+from ..errors import SceneError, leave_out, loaded, nearest, quoted, shortened
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -29,8 +29,8 @@ def builtin_scenes() -> dict[str, Traversable]:
     found: dict[str, Traversable] = {}
     for point in sorted(entry_points(group="geomint.scenes"), key=lambda p: p.name):
         try:
-            entries = list(files(point.value).iterdir())
-        except (Exception, SystemExit) as error:  # a package that was removed, or is broken
+            entries = list(files(loaded(point)).iterdir())
+        except Exception as error:  # a package that was removed, or is broken
             leave_out(point, "a package with scene files", error)
             continue
         for entry in entries:

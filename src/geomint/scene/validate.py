@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import BaseModel
 
-from ..errors import DomainError, Gathered, GeomintError, GeomintWarning, nearest, shortened
+from ..errors import DomainError, Gathered, GeomintError, GeomintWarning, nearest, quoted, raised
 from ..methods.gauss import Gauss
 from ..methods.method import Method
 from ..methods.registry import find_method
@@ -22,7 +22,7 @@ from .raw import plain
 from .with_model import checked_with
 
 _CHOSEN_LATER = Gauss()  # what method "auto" is checked as, until the problem is built
-_UNBUILT = (GeomintError, ArithmeticError, MemoryError, np.linalg.LinAlgError)
+_UNBUILT = (ArithmeticError, MemoryError, np.linalg.LinAlgError)
 
 
 class _BuiltOf(NamedTuple):
@@ -161,7 +161,9 @@ def _built(
         return former.built, former.told
     try:
         return _build(of.system, of.parameters, of.initial)
-    except _UNBUILT as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever another package raises
         place = _place_of(error, tables)
         if place is not None or of.right:
             flaws.append(_why_unbuilt(error, place or "[system] or [initial]:"))
@@ -175,6 +177,8 @@ def _build(
     with Gathered(quiet=True) as told, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeomintWarning)
         model = system.build(parameters, initial)
+        if not isinstance(model, Model):
+            raise TypeError(f"it returned {quoted(model)}, which is no Model")
     for warning in caught:  # of packages that warn by themselves
         if isinstance(warning.message, GeomintWarning):
             told.append(warning.message)
@@ -196,9 +200,10 @@ def _why_unbuilt(error: BaseException, place: str) -> str:
     """Return why a system has no model."""
     if isinstance(error, GeomintError):
         return f"{place} {error}"
+    if not isinstance(error, _UNBUILT):
+        return f"[system] name: the system's own build failed, {raised(error)}"
     expected = "numbers whose products are finite, and of which there are not too many"
-    said_by = f"{type(error).__name__}: {shortened(str(error))}"
-    return f"{place} expected {expected} ({said_by})"
+    return f"{place} expected {expected} ({raised(error)})"
 
 
 def _in_time(built: Model, content: Content, former: Checked | None, flaws: Flaws) -> Model | None:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic.fields import FieldInfo
 
 from ..arguments import Array
-from ..errors import Gathered, GeomintError, SceneError, nearest, quoted
+from ..errors import Gathered, SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
 from ..problems.systems import Model, find_system
 from .model import Raw
@@ -169,7 +169,7 @@ def varied_models(
             with Gathered(quiet=True) as told:
                 parameters = system.parameters.model_validate(tables["system"])
                 model = system.build(parameters, system.initial.model_validate(tables["initial"]))
-        except (GeomintError, ValueError, ArithmeticError) as error:
+        except Exception as error:  # whatever another package raises
             raise _refused(scene, tables, variations, values) from error
         yield values, model, next(map(str, told), "")
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from ..errors import raised
+
 COMPILE_SECONDS = 600.0  # compilations are not what is judged, but they must end too
 LEAVING = 60.0  # seconds that a process with much memory may take to end
 _TICK = 0.2
@@ -172,7 +174,7 @@ def _serve(pipe: Connection, function: Callable[[Any], Any], memory: int) -> Non
         try:
             answer = ("done", function(item))
         except Exception as error:
-            answer = ("raised", f"{type(error).__name__}: {error}")
+            answer = ("raised", raised(error))
         try:
             pipe.send(answer)
         except OSError:

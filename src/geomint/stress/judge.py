@@ -20,6 +20,7 @@ from ..errors import (
     StepError,
     StepLimitError,
     UnknownReferenceError,
+    raised,
 )
 from ..methods import Method
 from ..problems.deviation import pieces_of, relative_error
@@ -146,7 +147,7 @@ class Trial:
             try:
                 self._known_ends[end] = reference(end), "no reference"
             except (StepError, FormError, UnknownReferenceError) as error:
-                self._known_ends[end] = None, f"no reference ({type(error).__name__}: {error})"
+                self._known_ends[end] = None, f"no reference ({raised(error)})"
         return self._known_ends[end]
 
     def attempt(self, end: float, method: Method, steps: int, *start: Any) -> Outcome:
@@ -255,7 +256,7 @@ def _judged(trial: Trial, method: Method) -> Found:
 
 
 def _verdict(verdict: str, error: Exception) -> Found:
-    return {"verdict": verdict, "message": f"{type(error).__name__}: {error}"[:500]}
+    return {"verdict": verdict, "message": raised(error)}
 
 
 def _failed(error: StepError) -> Found:

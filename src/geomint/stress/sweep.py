@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ..errors import GeomintError, GeomintWarning, nearest
+from ..errors import GeomintError, GeomintWarning, nearest, raised
 from ..methods import Adaptive, Compose, Method, find_method, method_names
 from ..plan.fitting import unfit
 from ..problems.systems import Model
@@ -121,7 +121,7 @@ def items_of(
             model = _built(case.build)
         except Exception as error:
             verdict = "refused" if isinstance(error, GeomintError) else "untyped"
-            message = f"{type(error).__name__}: {error}"
+            message = raised(error)
             judged += [
                 _cell(case, "", m.name, {"verdict": verdict, "message": message}) for m in methods
             ]
@@ -183,7 +183,7 @@ def run_item(item: Item) -> Cell:
     try:
         found = judge(_trial(item.case, item.representation), find_method(item.method))
     except Exception as error:
-        found = {"verdict": "untyped", "message": f"{type(error).__name__}: {error}"}
+        found = {"verdict": "untyped", "message": raised(error)}
     return _cell(case, item.representation, item.method, found)
 
 

@@ -7,7 +7,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError, GeomintError, GeomintWarning, quoted
+from ..errors import DomainError, GeomintError, GeomintWarning, quoted, raised
 
 __all__ = ["checks", "hold", "small", "sure"]
 
@@ -27,7 +27,7 @@ def checks(kind: type) -> Callable[[Check], Check]:
             except (AssertionError, GeomintError, GeomintWarning):
                 raise
             except Exception as error:  # whatever a user's functions raise
-                what = f"{type(error).__name__}: {error}"
+                what = raised(error)
                 raise AssertionError(f"{what}, by a function of {quoted(value)}") from error
 
         return cast(Check, checked)

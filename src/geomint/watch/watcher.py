@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array, finite, switch, whole
-from ..errors import DomainError, GeomintError, WatcherError, nearest, quoted, shortened
+from ..errors import DomainError, GeomintError, WatcherError, nearest, quoted, raised, shortened
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
 from ..methods.method import Method
@@ -221,7 +221,7 @@ class Watcher(Sendable):
         except GeomintError:
             raise
         except Exception as error:  # whatever a user's class raises
-            said = f"{type(error).__name__}: {error}"
+            said = raised(error)
             raise DomainError("options", options, f"what {quoted(self)} takes ({said})") from error
 
 
@@ -277,7 +277,7 @@ class Watch:
             self._over = True
             if isinstance(error, GeomintError) and self._series is None:
                 raise
-            what = f"{type(error).__name__}: {error}"
+            what = raised(error)
             raise WatcherError(self._name, self._time, what) from error
 
     def add(self, seen: Seen) -> None:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ....arguments import Array, Integers, as_array
-from ....errors import DomainError, GeomintError
+from ....errors import DomainError, GeomintError, raised
 from ....problems.at_states import values_at
 from ....problems.problem import Problem
 from ...events import component, quantity
@@ -155,7 +155,7 @@ def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
         except GeomintError:
             raise
         except Exception as error:  # whatever a user's reading raises
-            said = f"{expected} ({type(error).__name__}: {error})"
+            said = f"{expected} ({raised(error)})"
             raise DomainError(f"readings[{name!r}]", reading, said) from error
         if not reading.merges and (values.ndim == 0 or len(values) != len(ran)):
             raise DomainError(f"readings[{name!r}]", values, expected)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .... import errors
-from ....errors import GeomintError, quoted
+from ....errors import GeomintError, quoted, raised
 from ..given import Asked
 from ..outcome import NOT_RUN, Outcome
 
@@ -85,7 +85,7 @@ def readable(what: Any) -> Iterator[None]:
     except GeomintError:
         raise
     except Exception as error:  # of the library, of JSON, of what decompresses
-        reason = f"{type(error).__name__}: {error}"
+        reason = raised(error)
         raise GeomintError(
             f"{quoted(str(what))} is damaged, or cannot be read ({reason})"
         ) from error
