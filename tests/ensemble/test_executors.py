@@ -88,6 +88,10 @@ def raising() -> Future:
     raise OSError("no\nroom")
 
 
+def exiting() -> Future:
+    raise SystemExit("gone")
+
+
 def answered(result: object = None, error: BaseException | None = None) -> Future:
     future: Future = Future()
     future.set_exception(error) if error else future.set_result(result)
@@ -103,6 +107,7 @@ def cancelled() -> Future:
 
 ANSWERS = {
     "no room": raising,
+    "gone": exiting,
     "is no Future": lambda: None,
     "is not what": lambda: answered("done"),
     "members give": lambda: answered(empty_outcome(3, 1, 4)),

@@ -205,7 +205,9 @@ def _collected(
                 if not isinstance(future, Future):
                     raise TypeError(f"{quoted(future)} was submitted, and is no Future")
                 futures[future] = waiting.popleft()
-        except Exception as broken:  # an executor that is shut down, or broken in any way
+        except KeyboardInterrupt:
+            raise
+        except BaseException as broken:  # an executor that is shut down, or broken in any way
             return broken
         return None
 
