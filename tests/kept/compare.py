@@ -41,6 +41,14 @@ CLOSE = 1e-9
 EXPECTED = {
     "along/states*: warnings*": ("told by the end of the run, not by a saved state", CLOSE),
     "along/events*: warnings*": ("an energy that is no integral is told as such", CLOSE),
+    "along/e*: *": ("roots of events are bracketed", CLOSE),
+    "along/sav*: *events*": ("likewise", CLOSE),
+    "along/states*: *default*": ("default steps look at nothing beyond a run", np.inf),
+    "along/states*: own.y": ("times are met to a rounding", CLOSE),
+    "*: *poisson*": ("derivatives of square roots", CLOSE),
+    "*: *symplectic*": ("likewise", np.inf),
+    "compiled/RATTLE rods: *": ("steps near to lost rank", CLOSE),
+    "failures/*: *": ("what messages say", CLOSE),
     "along/scipy: *nfev": ("errors of steps from tolerances are looked at", np.inf),
     "[!a]*: warnings*": (
         "an energy that changes is no sign of long steps, if these err by little",
