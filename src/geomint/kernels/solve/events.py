@@ -68,10 +68,10 @@ SCRATCH = WEIGHTS + NODES + PIECES + 2 * FIVE + 2 * NINE
 
 
 @helper
-def keep(orbit, node: int, theta: float, sign: float, at: int, out) -> None:
+def keep(orbit, node: int, theta: float, sign: float, at: int) -> None:
     """Write an event: its time, its direction, and the state that is in memory."""
     rows = orbit.rows
-    row = part(out, at * (rows + 2), rows + 2)
+    row = part(orbit.out, at * (rows + 2), rows + 2)
     t, h = orbit.times[node], orbit.times[node + 1] - orbit.times[node]
     row[0], row[1] = t + theta * h, sign
     for r in range(rows):
@@ -100,37 +100,30 @@ def sign_of(value: float) -> float:
 
 
 @inlined
-def met(
-    orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
-    found: int, out,
-) -> int:  # fmt: skip
+def met(orbit, node: int, a: float, b: float, f, roots: int, sign: float, found: int) -> int:
     """Take a part of a step with no root or one; return how many events have been found.
 
     `sign` is that before the root; without one that of the whole part.
     """
-    if roots != ONE and signs[0] == sign and f[4] * sign > 0.0:
-        signs[2] = b
+    if roots != ONE and orbit.signs[0] == sign and f[4] * sign > 0.0:
+        orbit.signs[2] = b
         return found
-    return changed(orbit, node, a, b, f, roots, sign, direction, signs, found, out)
+    return changed(orbit, node, a, b, f, roots, sign, found)
 
 
 @helper
-def changed(
-    orbit, node: int, a: float, b: float, f, roots: int, sign: float, direction: int, signs,
-    found: int, out,
-) -> int:  # fmt: skip
+def changed(orbit, node: int, a: float, b: float, f, roots: int, sign: float, found: int) -> int:
     """Take a part as `met` does, where the sign changes, or is not known at the end."""
-    if (
-        signs[0] == -sign and direction * sign >= 0.0
-    ):  # the root was before this part, or at its begin
-        last = signs[2]
+    signs, direction = orbit.signs, orbit.direction
+    if signs[0] == -sign and direction * sign >= 0.0:
+        last = signs[2]  # the root was before this part, or at its begin
         high = a + (b - a) * clear_of(orbit, node, a, b, 0.0, sign)
         x = min(last + NEAREST, 0.5 * (last + high))
         theta = crossing(orbit, node, last, high, x, 0.0, False, sign > 0.0)
         if theta <= NEAREST:
             theta = 0.0
             real_value(orbit, node, theta)
-        keep(orbit, node, theta, sign, found, out)
+        keep(orbit, node, theta, sign, found)
         found += 1
     # What touches an end may cross it by the rounding of times: the sign behind is to be seen.
     touches = roots == ONE and abs(f[4]) <= ROUNDING * signs[1]
@@ -138,7 +131,7 @@ def changed(
         sign = -sign
         if direction * sign >= 0.0:
             theta = root(orbit, node, a, b, f, sign > 0.0, ROUNDING * signs[1])
-            keep(orbit, node, theta, sign, found, out)
+            keep(orbit, node, theta, sign, found)
             found += 1
     signs[0], signs[2] = sign, b
     if not f[4] * sign > 0.0:  # the sign is known before the end
@@ -147,7 +140,7 @@ def changed(
 
 
 @inlined
-def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) -> int:
+def look_inside(orbit, node: int, f, b, found: int) -> int:
     """Find the events of a step along what is remembered of it; return −1 if that is not clear.
 
     The whole step at once if that is enough, or else its halves.
@@ -156,7 +149,7 @@ def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) 
     left = values_inside(orbit, node, f[0], f[4])
     if left >= UNKNOWN:
         return -1
-    rounding = ROUNDING * signs[1]
+    rounding = ROUNDING * orbit.signs[1]
     tail = left + rounding
     least, bend = abs(nine[0]), 0.0
     sign = 1.0 if nine[0] > 0.0 else -1.0
@@ -164,12 +157,12 @@ def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) 
         least = min(least, sign * nine[k])
         bend = max(bend, abs(nine[k - 1] - 2.0 * nine[k] + nine[k + 1]))
     if min(least, sign * nine[8]) > tail + BENT * bend:
-        return met(orbit, node, 0.0, 1.0, f, 0, sign, direction, signs, found, out)
+        return met(orbit, node, 0.0, 1.0, f, 0, sign, found)
     for k in range(FIVE):
         f[k] = nine[2 * k]
     roots, sign = verdict(f, b, tail + of_quartic(f), rounding)
     if roots != UNCLEAR:
-        return changed(orbit, node, 0.0, 1.0, f, roots, sign, direction, signs, found, out)
+        return changed(orbit, node, 0.0, 1.0, f, roots, sign, found)
     # A middle whose sign is not known would be taken for a root there.
     clear = abs(nine[4]) > tail
     for k in (0, 8):
@@ -183,9 +176,7 @@ def look_inside(orbit, node: int, direction: int, signs, f, b, found: int, out) 
         for k in range(FIVE):
             f[k] = nine[4 * half + k]
         roots, sign = verdict(f, b, tail + of_quartic(f), tail)
-        found = changed(
-            orbit, node, 0.5 * half, 0.5 * half + 0.5, f, roots, sign, direction, signs, found, out
-        )
+        found = changed(orbit, node, 0.5 * half, 0.5 * half + 0.5, f, roots, sign, found)
     return found if clear else -1
 
 
@@ -202,13 +193,13 @@ def halved(pieces, at: int, low: float, high: float, f, odd) -> None:
 
 
 @helper
-def search(orbit, node: int, direction: int, signs, pieces, values, found: int, out) -> int:
+def search(orbit, node: int, pieces, values, found: int) -> int:
     """Find the events of a step on the orbit itself, part by part; return how many there are then.
 
     The values at its ends are there.
     """
     f, b = part(values, 0, FIVE), part(values, FIVE, FIVE)
-    note, width = orbit.note, 2 + FIVE
+    note, signs, width = orbit.note, orbit.signs, 2 + FIVE
     pieces[0], pieces[1] = 0.0, 1.0
     for k in range(1, FIVE - 1):
         pieces[2 + k] = real_value(orbit, node, 0.25 * k)
@@ -235,7 +226,7 @@ def search(orbit, node: int, direction: int, signs, pieces, values, found: int, 
         rounding = ROUNDING * signs[1]
         roots, sign = verdict(f, b, tail + rounding, rounding)
         if roots != UNCLEAR:
-            found = changed(orbit, node, low, high, f, roots, sign, direction, signs, found, out)
+            found = changed(orbit, node, low, high, f, roots, sign, found)
             if found - begun > MOST_IN_STEP - 2:
                 note[0], note[3] = CHATTER, high
         elif high - low < NARROWEST:
@@ -289,8 +280,8 @@ def find(
     nine = part(scratch, WEIGHTS + NODES + PIECES + 2 * FIVE, 2 * NINE)
     orbit = Orbit(
         advance, functions, params, coefficients, fractions, memory, work, rows, write, table, whole,
-        begun, inside, places, known, event, component, level, y, free, states, times, memories,
-        before, note, nine,
+        begun, inside, places, known, event, component, level, y, free, direction, states, times,
+        memories, before, signs, note, nine, out,
     )  # fmt: skip
     note[0], note[4], note[5], note[7] = OK, -1.0, -1.0, -1.0
     found, even = 0, False
@@ -338,18 +329,18 @@ def find(
             roots, sign = verdict(f, b, tail + rounding, rounding)
         earlier = found
         if roots != UNCLEAR:
-            found = met(orbit, last, 0.0, 1.0, f, roots, sign, direction, signs, found, out)
+            found = met(orbit, last, 0.0, 1.0, f, roots, sign, found)
         else:
             clear = -1
             if not from_nodes:
-                clear = look_inside(orbit, last, direction, signs, f, b, found, out)
+                clear = look_inside(orbit, last, f, b, found)
             if clear >= 0:
                 found = clear
             else:
-                found = search(orbit, last, direction, signs, pieces, five, found, out)
+                found = search(orbit, last, pieces, five, found)
         if note[0] == OK and end != 0.0 and end * signs[0] <= 0.0:  # behind what does not decide
             f[4], sign = end, sign_of(end)
-            found = changed(orbit, last, 1.0, 1.0, f, 0, sign, direction, signs, found, out)
+            found = changed(orbit, last, 1.0, 1.0, f, 0, sign, found)
         for k in range(earlier, found):  # what is before a node is not at it, by rounding
             h = times[node] - times[last]
             if (out[k * (rows + 2)] - times[node]) * h >= 0.0:

@@ -31,11 +31,12 @@ DOUBT = 16.0  # times the difference of two interpolations: for one number it ma
 INSIDE = 16  # numbers a row, see `geomint.methods.stepper.Between`
 
 # What does not change along a run: the stepper, the event, the nodes. What is remembered of the steps
-# from the nodes, of the first ones or of none, and of the step before them.
+# from the nodes, of the first ones or of none, and of the step before them. Where signs and events go.
 Orbit = namedtuple(
     "Orbit",
     "advance functions params coefficients fractions memory work rows write table whole begun "
-    "inside places known event component level y free states times memories before note nine",
+    "inside places known event component level y free direction states times memories before signs "
+    "note nine out",
 )
 
 
