@@ -1,7 +1,5 @@
 """``geomint exact``."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -9,12 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
-from ..errors import (
-    NonFiniteError,
-    StepError,
-    StepLimitError,
-    StepSizeError,
-)
+from ..errors import NonFiniteError, StepError, StepLimitError, StepSizeError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section, sections
 from ..kernels.solve.adaptive import SPACINGS, adaptive_coefficients, adaptive_memory, adaptive_work

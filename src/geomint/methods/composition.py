@@ -4,13 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from ..errors import MethodError, nearest, quoted
-from ..tableaux import (
-    COMPOSITIONS,
-    DEFAULT_COMPOSITION,
-    Composition,
-    default_composition,
-    substeps,
-)
+from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION, Composition, default_composition, substeps
 from .method import Method, Start, checked_method
 from .stepper import Stepper
 

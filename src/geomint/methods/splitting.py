@@ -3,12 +3,7 @@
 from dataclasses import dataclass
 
 from ..kernels.numbers.blocks import packed
-from ..kernels.solve.splitting import (
-    SPLITTING,
-    splitting_memory,
-    splitting_stepper,
-    splitting_work,
-)
+from ..kernels.solve.splitting import SPLITTING, splitting_memory, splitting_stepper, splitting_work
 from ..problems.time_scale import names_time
 from ..references.literature import HLW_2006, STRANG_1968, VERLET_1967
 from .bound_forms import splitting_of

@@ -78,17 +78,19 @@ class Integrator:
     """
 
     __slots__ = (  # so that writing to a name that it does not have is an error
-        *(
-            "__weakref__",
-            "_carried",
-            "_default",
-            "_done",
-            "_first",
-            "_method",
-            "_nothing",
-            "_start",
-        ),
-        *("iterations", "_ranks", "stepper", "steps", "_watched"),
+        "__weakref__",
+        "_carried",
+        "_default",
+        "_done",
+        "_first",
+        "_method",
+        "_nothing",
+        "_ranks",
+        "_start",
+        "_watched",
+        "iterations",
+        "stepper",
+        "steps",
     )
 
     def __init__(

@@ -39,12 +39,7 @@ from .promise import AIM, Setting, advice, rough_error
 from .recorder import Account, Recorder
 from .result import Status
 from .solution import Solution
-from .step_notes import (
-    may_lose,
-    tell_long_steps,
-    tell_lost_integrals,
-    tell_short_run,
-)
+from .step_notes import may_lose, tell_long_steps, tell_lost_integrals, tell_short_run
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 

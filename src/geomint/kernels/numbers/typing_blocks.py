@@ -14,10 +14,7 @@ from numba.core.imputils import lower_builtin
 from numba.core.ir import Assign, Expr
 from numba.core.ir_utils import _add_alias, alias_analysis_extensions
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import (
-    models,
-    register_model,
-)
+from numba.extending import models, register_model
 
 from . import blocks
 from .instruction import instruction

@@ -8,15 +8,7 @@ how stiff, along which ways, and how sizes of pieces compare; so it is measured 
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import epsilon, like, magnitude, maximum, plain, top
 from ..numbers.blocks import part
-from .fixed_point import (
-    BEGINNING,
-    FINE,
-    NEWTON_ROUNDING,
-    ROUNDINGS,
-    finite,
-    rounding_left,
-    solved,
-)
+from .fixed_point import BEGINNING, FINE, NEWTON_ROUNDING, ROUNDINGS, finite, rounding_left, solved
 from .gauss import scales_by
 from .stage_equations import (
     factor_mean,

@@ -17,14 +17,7 @@ from collections import namedtuple
 from ..compiling.recorded import helper, inlined
 from ..numbers.arithmetic import lane, like, plain, total
 from ..numbers.blocks import REST, as_lanes, as_numbers, part, sections, set_lane
-from .gauss import (
-    combine,
-    eight_columns,
-    gauss_coefficients,
-    gauss_memory,
-    padding,
-    stage_sums,
-)
+from .gauss import combine, eight_columns, gauss_coefficients, gauss_memory, padding, stage_sums
 from .stage_matrices import factor_lanes, factor_whole, padded, solve_lanes, solve_whole
 
 MOST_WHOLE = 1024  # unknowns of all stages together: their matrix takes 8 MB, factors 0.2 s
