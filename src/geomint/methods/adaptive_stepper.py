@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Integers
 from ..errors import NonFiniteError, StepError, StepLimitError, StepSizeError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section, sections
@@ -97,7 +96,7 @@ class AdaptiveStepper(Stepper):
         """How far the end is, in the problem's own time."""
         return float(section(self.coefficients, _GIVEN, "end")[0]) - self.time
 
-    def timed(self, steps: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+    def timed(self, steps: Integers, states: Array) -> tuple[Array, Array]:
         """Return the times, which are the last row, and the states."""
         return states[:, -1].copy(), states[:, :-1]
 

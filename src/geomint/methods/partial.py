@@ -6,9 +6,8 @@ import threading
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Integers
 from ..errors import StepError
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
@@ -31,7 +30,7 @@ def rounding(time: Array | float) -> Array:
 class Nodes:
     """States of a run, one a row, with the clock's row where there is one; their times; their steps."""
 
-    def __init__(self, times: Array, states: Array, steps: npt.NDArray[np.int64]) -> None:
+    def __init__(self, times: Array, states: Array, steps: Integers) -> None:
         self.times, self.states, self.steps = times, np.ascontiguousarray(states), steps
 
     @property
@@ -58,7 +57,7 @@ class Nodes:
         which = slice(last + 1)
         return Nodes(self.times[which], self.states[which], self.steps[which])
 
-    def before(self, wanted: Array, sign: float, clock: bool) -> npt.NDArray[np.int64]:
+    def before(self, wanted: Array, sign: float, clock: bool) -> Integers:
         """Return the last node before each time of the run, or at it."""
         known = self.clock if clock else self.times
         found = np.searchsorted(sign * known, sign * wanted, side="right") - 1
@@ -154,7 +153,7 @@ class PartialSteps:
             rate=bind(problem.clock, VALUE, **sizes),
         )
 
-    def to_times(self, nodes: Nodes, at: npt.NDArray[np.int64], wanted: Array) -> Found:
+    def to_times(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:
         """Return the states at the problem's own times, each from its node.
 
         A length in the last bits of the time would only add noise to implicit steps: it is none.
@@ -164,7 +163,7 @@ class PartialSteps:
         states, error = self._taken(False, nodes, at, gaps, lengths=Block(gaps))
         return Found(wanted[: len(states)], states, error)
 
-    def to_clock(self, nodes: Nodes, at: npt.NDArray[np.int64], wanted: Array) -> Found:
+    def to_clock(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:
         """Return the problem's own times and the states at times of the clock, each from its node."""
         gaps = np.zeros(len(wanted))
         given = {"wanted": Block(wanted.copy()), "roundings": Block(rounding(wanted))}
@@ -172,7 +171,7 @@ class PartialSteps:
         return Found((nodes.times[at] + gaps)[: len(states)], states, error)
 
     def _taken(
-        self, clock: bool, nodes: Nodes, at: npt.NDArray[np.int64], gaps: Array, **given: Block
+        self, clock: bool, nodes: Nodes, at: Integers, gaps: Array, **given: Block
     ) -> tuple[Array, StepError | None]:
         count, rows = len(at), nodes.states.shape[1]
         out = scalar_block(count * rows)

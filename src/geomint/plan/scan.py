@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Integers
 from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
@@ -58,7 +57,7 @@ class ScanPlan(Compared):
     problems: tuple[Problem, ...]
     states: Array
     values: Array
-    draws: npt.NDArray[np.int64]
+    draws: Integers
     notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -153,7 +152,7 @@ def _route(asked: Asked, readings: dict[str, Reading]) -> Route:
 
 def _members(
     scene: Scene, route: Route, variations: Sequence[Variation]
-) -> tuple[tuple[Problem, ...], Array, Array, npt.NDArray[np.int64], tuple[str, ...]]:
+) -> tuple[tuple[Problem, ...], Array, Array, Integers, tuple[str, ...]]:
     """Return problems and states of all members, the numbers that vary, the draws, and notes."""
     section, states = scene.content.ensemble, []
     problems: list[Problem] = []

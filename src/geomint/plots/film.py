@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array, file_path
+from ..arguments import Array, Integers, file_path
 from ..errors import DomainError
 from ..problems.body_path import BodyPath
 from .canvas import new_figure
@@ -50,7 +49,7 @@ DPI = 100  # pixels: even numbers, which .mp4 needs
 MARGIN = 1.6  # radii around the trace
 AROUND = 4.0  # radii that are seen beside a ball that is followed
 TAIL = 0.25  # of the frames: the trail of a direction
-Rows = npt.NDArray[np.int64]
+Rows = Integers
 CIRCLES = (COLOURS[0], COLOURS[1], COLOURS[2])
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Booleans, Integers
 from .canvas import new_figure
 from .panels import say
 from .style import COLOURS, WIDTH
@@ -27,7 +26,7 @@ MOST = 60_000  # points that a vector graphic can bear; more are drawn as an ima
 
 def section_figure(
     points: tuple[Array, Array],
-    motions: npt.NDArray[np.int64],
+    motions: Integers,
     axes: tuple[str, str],
     title: str,
     boundary: Boundary | None = None,
@@ -44,7 +43,7 @@ def section_figure(
 def draw_section(
     panel: Axes,
     points: tuple[Array, Array],
-    motions: npt.NDArray[np.int64],
+    motions: Integers,
     axes: tuple[str, str],
     boundary: Boundary | None = None,
 ) -> None:
@@ -81,7 +80,7 @@ def _draw_boundary(panel: Axes, boundary: Boundary) -> None:
         panel.set(xlim=_around(x, inside, 0), ylim=_around(y, inside, 1))
 
 
-def _around(values: Array, inside: npt.NDArray[np.bool_], across: int) -> tuple[float, float]:
+def _around(values: Array, inside: Booleans, across: int) -> tuple[float, float]:
     """Return limits of an axis: what is inside, and a little beyond where there is a beyond."""
     allowed = np.flatnonzero(inside.any(axis=across))
     low, high = float(values[allowed[0]]), float(values[allowed[-1]])

@@ -5,9 +5,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Booleans
 from ..errors import EventError, StepError
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
@@ -226,7 +225,7 @@ class Crossings:
         found = np.concatenate([*late, found])
         return _Look(found, node, self._error(name, status, node, residual, known), signs)
 
-    def _has_been_told(self, name: str, found: Array) -> npt.NDArray[np.bool_]:
+    def _has_been_told(self, name: str, found: Array) -> Booleans:
         """Tell which events the run before has told; near its end those, to rounding, that it names."""
         assert self._after is not None
         times, near = found[:, 0], SEEN * abs(self._stepper.h)

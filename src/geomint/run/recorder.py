@@ -4,9 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Integers
 from ..errors import StepError
 from ..kernels.numbers.blocks import scalar_block
 from ..methods.method import Method
@@ -169,9 +168,7 @@ class Recorder:
         t = ahead.time if self._problem.time == "t" else physical
         return Reached(ahead.time, t, state[:rows], self._done - self._first_step)
 
-    def consume(
-        self, indices: npt.NDArray[np.int64], states: Array, memories: Array | None
-    ) -> int | None:
+    def consume(self, indices: Integers, states: Array, memories: Array | None) -> int | None:
         """Take a chunk; return the number of the last step, in its stretch, if the run ends there."""
         times, states = self._stepper.timed(indices, states)
         times, indices = self.stretch.met(times, indices), indices + self._passed
@@ -297,14 +294,14 @@ class Recorder:
         time, state = self._before
         return Nodes(np.array([time]), state[None, :], np.array([self._number]))
 
-    def _evaluate(self, indices: npt.NDArray[np.int64], times: Array, states: Array) -> None:
+    def _evaluate(self, indices: Integers, times: Array, states: Array) -> None:
         """Save states at the wanted times up to the end of this chunk."""
         if self._nodes is not None:
             self._nodes.append(Saved(times.copy(), states.copy()))
         if self._wanted.missed and len(times):
             self._wanted.take(self._nodes_to(indices, times, states))
 
-    def _nodes_to(self, indices: npt.NDArray[np.int64], times: Array, states: Array) -> Nodes:
+    def _nodes_to(self, indices: Integers, times: Array, states: Array) -> Nodes:
         """Return the last node and those of a chunk."""
         return self._last_node().with_more(Nodes(times, states, indices))
 

@@ -7,10 +7,7 @@ from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
-from ..arguments import Array
+from ..arguments import Array, Integers
 from ..errors import GeomintWarning
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
@@ -65,7 +62,7 @@ class Section(Shown, Compared):
     t: Array | None
     y: Array
     directions: Array
-    motions: npt.NDArray[np.int64]
+    motions: Integers
     status: SectionStatus
     step: float
     steps: int

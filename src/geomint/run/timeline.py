@@ -4,9 +4,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import MOST_NUMBERS, Array, as_array, finite, positive
+from ..arguments import MOST_NUMBERS, Array, Integers, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
 from ..methods.partial import rounding
@@ -50,7 +49,7 @@ class Timeline(NamedTuple):
         end = self.own_end if self.own_end is not None else self.physical_end
         return abs(((end or 0.0) - self.start) / self.h)
 
-    def met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
+    def met(self, times: Array, steps: Integers) -> Array:
         """Return times after so many steps, that of the last whole step being the end, if it is."""
         whole = self.own_end is not None and self.remainder == 0.0
         if whole and len(steps) and steps[-1] == self.steps:

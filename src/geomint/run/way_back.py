@@ -3,9 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
+from ..arguments import Array, Booleans
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
@@ -14,7 +13,7 @@ from ..kernels.solve.back_along import BACK_ALONG, scratch_of
 from ..methods.stepper import filled_block
 from ..problems.problem import Problem
 
-WayBack = Callable[[Array, Array, Array, float], tuple[Array, npt.NDArray[np.bool_]]]
+WayBack = Callable[[Array, Array, Array, float], tuple[Array, Booleans]]
 
 
 def way_back(
@@ -41,7 +40,7 @@ def way_back(
         matrix=scalar_block(matrix),
     )
 
-    def back(ahead: Array, ways: Array, a: Array, on: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def back(ahead: Array, ways: Array, a: Array, on: float) -> tuple[Array, Booleans]:
         coefficients, found = filled_block(a.reshape(-1)), scalar_block(len(a))
         given = {"ahead": ahead, "ways": ways}
         blocks = {k: Block(np.ascontiguousarray(x).reshape(-1)) for k, x in given.items()}

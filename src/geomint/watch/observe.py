@@ -5,9 +5,8 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array, check_name
+from ..arguments import Array, Booleans, check_name
 from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded
 from ..problems.problem import Problem
@@ -111,7 +110,7 @@ class Observers:
         times: Array,
         labels: Array,
         states: Array,
-        sampled: npt.NDArray[np.bool_],
+        sampled: Booleans,
         step: float = 0.0,
     ) -> None:
         """Take the next states, one a row, of which some are sampled; see `Seen`."""

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array, finite, switch, whole
+from ..arguments import Array, Booleans, finite, switch, whole
 from ..errors import DomainError, GeomintError, WatcherError, nearest, quoted, raised, shortened
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
@@ -78,7 +77,7 @@ class Seen:
     times: Array
     labels: Array
     states: Array
-    sampled: npt.NDArray[np.bool_]
+    sampled: Booleans
     step: float = 0.0
 
     def __len__(self) -> int:

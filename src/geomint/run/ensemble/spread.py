@@ -7,9 +7,8 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExec
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...arguments import Array, whole
+from ...arguments import Array, Integers, whole
 from ...errors import DomainError, EnsembleError, GeomintError, quoted
 from ...kernels.compiling.cores import cores
 from ...kernels.numbers.lanes import LANES
@@ -20,7 +19,7 @@ from .outcome import NOT_RUN, Outcome, empty_outcome
 from .readings.reading import Ran, read_off
 from .single import run_single
 
-Block = npt.NDArray[np.int64]  # numbers of members
+Block = Integers  # numbers of members
 
 LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses
 NUMBERS = 1 << 22  # of states along the runs of a block, where they are not kept

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ....arguments import Array
+from ....arguments import Array, Integers
 from ....errors import GeomintError, GeomintWarning, UnknownNameError
 from ...met import Met
 from ..outcome import NOT_RUN
@@ -34,7 +34,7 @@ class StoredOutcome:
             return np.full(shape, np.nan)
         return numbers_in(array)
 
-    def _counted(self, role: str) -> npt.NDArray[np.int64]:
+    def _counted(self, role: str) -> Integers:
         array = self.arrays.find(role)
         return np.zeros(self.arrays.members, np.int64) if array is None else numbers_in(array)
 
@@ -60,12 +60,12 @@ class StoredOutcome:
         return None if array is None else numbers_in(array)
 
     @property
-    def counts(self) -> npt.NDArray[np.int64]:
+    def counts(self) -> Integers:
         """How many states of each were saved."""
         return self._counted("counts")
 
     @property
-    def steps(self) -> npt.NDArray[np.int64]:
+    def steps(self) -> Integers:
         """How many steps each took."""
         return self._counted("steps")
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ....arguments import Integers
 from ....errors import DomainError, OutputError
 from ....problems.problem import Problem
 from ...files.outputs import check_folder, refused_as_output
@@ -59,7 +60,7 @@ class Store:
         return bool(np.isin(self._status, UNDONE).all())
 
     @property
-    def left(self) -> npt.NDArray[np.int64]:
+    def left(self) -> Integers:
         """The numbers of members that are to be run."""
         return np.flatnonzero(np.isin(self._status, UNDONE))
 
@@ -89,7 +90,7 @@ class Store:
         self._ends.enter_context(held(self._path, self._named))
         self._arrays = Arrays(self._path, writing=True)
 
-    def take(self, which: npt.NDArray[np.int64], found: Outcome) -> None:
+    def take(self, which: Integers, found: Outcome) -> None:
         """Write what has become of some members of one block, as far as it is whole."""
         assert self._arrays is not None
         done = ~np.isin(found.status.astype(str), UNDONE)
@@ -106,7 +107,7 @@ class Store:
             self._write(block, which - first, found)
         self._status[which] = found.status
 
-    def _write(self, block: int, which: npt.NDArray[np.int64], found: Outcome) -> None:
+    def _write(self, block: int, which: Integers, found: Outcome) -> None:
         assert self._arrays is not None
         for column in columns_of(found, self._asked):
             self._arrays.put(column, block, which)
