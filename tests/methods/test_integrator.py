@@ -403,7 +403,11 @@ def test_the_limit_of_steps_is_that_of_a_run() -> None:
 
 def test_the_beginning_is_no_time_of_the_run() -> None:
     problem = gi.Problem("driven", (("y", 1),), field=driven)
-    for wrong in ({"t_end": 9.0, "t_eval": [4.0]}, {"t_end": 9.0, "t_eval": [9.5]}):
+    for wrong in (
+        {"t_end": math.inf},
+        {"t_end": 9.0, "t_eval": [4.0]},
+        {"t_end": 9.0, "t_eval": [9.5]},
+    ):
         with pytest.raises(gi.DomainError):
             gi.solve(problem, [0.0], t0=5.0, step=0.1, **wrong)
     for wrong in (math.nan, math.inf, "now", None):

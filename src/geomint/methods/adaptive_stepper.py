@@ -78,8 +78,8 @@ class AdaptiveStepper(Stepper):
         sizes = self._remembered("smallest"), self._remembered("largest")
         super().begin(np.append(y, t), t, h)
         remembered = sections(self.memory, adaptive_memory(self.rows, REST))
-        h = math.copysign(max(abs(h), 2.0 * SPACINGS * abs(t)), h)  # else it is none at all
-        remembered.next[0] = math.copysign(min(abs(h), self.allowed.max_step), h)
+        least = 2.0 * SPACINGS * abs(t)  # less is no step at all
+        remembered.next[0] = math.copysign(min(max(abs(h), least), self.allowed.max_step), h)
         remembered.smallest[0], remembered.largest[0] = sizes
 
     def aim(self, end: float) -> None:

@@ -1,6 +1,6 @@
 """Sine, cosine, tangent and angles of our own: the same bits for float64, lanes and plain Python.
 
-Sine, cosine and tangent are within 0.76 units in the last place (0.52 are the C library's), `atan2`
+Sine, cosine and tangent are within 0.8 units in the last place (0.52 are the C library's), `atan2`
 within 0.6. A sine costs what the C library's costs, and a sixth of that in lanes.
 Arguments of sine, cosine and tangent beyond `FAR` are left to the C library.
 
@@ -124,7 +124,7 @@ def cos(x) -> Any:
 
 
 def tan(x) -> Any:
-    """Tangent; NaN of what is not finite. Errors are below 0.76 units in the last place."""
+    """Tangent; NaN of what is not finite. Errors are below 0.8 units in the last place."""
     return of_our_own(tan, of_tan, x, library=math.tan, far=FAR)
 
 

@@ -126,8 +126,9 @@ def changed(orbit, node: int, a: float, b: float, f, roots: int, sign: float, fo
         keep(orbit, node, theta, sign, found)
         found += 1
     # What touches an end may cross it by the rounding of times: the sign behind is to be seen.
-    touches = roots == ONE and abs(f[4]) <= ROUNDING * signs[1]
-    if roots == ONE and not (touches and clear_of(orbit, node, a, b, 1.0, -sign) == 1.0):
+    if roots == ONE and (
+        abs(f[4]) > ROUNDING * signs[1] or clear_of(orbit, node, a, b, 1.0, -sign) < 1.0
+    ):
         sign = -sign
         if direction * sign >= 0.0:
             theta = root(orbit, node, a, b, f, sign > 0.0, ROUNDING * signs[1])
