@@ -147,6 +147,30 @@ def test_an_integrator() -> None:
             assert motion.time == end
 
 
+@gi.field
+def within(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    outside = gi.select((t - params[0]) * (params[1] - t) < 0.0, math.nan, 0.0)
+    out[0] = y[1] + outside
+    out[1] = outside - gi.sin(y[0])
+
+
+def test_steps_with_directions() -> None:
+    """By whole steps, in one call and in several, and shorter ones."""
+    for begin, end, count in SPANS:
+        bounds, y0 = sorted((begin, end)), [0.3, 0.4]
+        problem = gi.Problem("within", (("y", 2),), bounds, field=within)
+        run: dict[str, Any] = {"t0": begin, "t_end": end, "method": "rk-4"}
+        for length in (abs(end - begin) / count, 0.83 * abs(end - begin) / count):
+            flow = gi.tangent_flow(problem, y0, **run, step=length)
+            known = gi.solve(problem, y0, **run, step=length).y[-1]
+            np.testing.assert_allclose(flow.y, known, rtol=0, atol=1e-14)
+            growth = gi.lyapunov(problem, y0, **run, step=length, count=1)
+            np.testing.assert_allclose(growth.y, known, rtol=0, atol=1e-14)
+            motion = gi.Integrator(problem, y0, "rk-4", step=length, time=begin, tangents=1)
+            motion.propagate_until(end)
+            np.testing.assert_allclose(motion.tangents, flow.slopes[:, :1], rtol=0, atol=1e-12)
+
+
 def test_nothing_of_a_state_knows() -> None:
     """Where nothing depends on time, the run is that of an integrator without an end, to the bit."""
     problem = gi.Problem("free", (("y", 6),), field=still)

@@ -84,7 +84,11 @@ class CarriedDirections:
         ConvergenceError, NonFiniteError, StepSizeError
             After the steps before the one that failed. After Ctrl-C none has been taken.
         """
-        kept = self.memories
+        begin = self._stepper.last_begin(t, h, first + steps, self._stepper.end)
+        if begin != t and steps > 1:
+            self.take(t, h, steps - 1, first, before)
+            first, steps = first + steps - 1, 1
+        t, kept = begin, self.memories
         try:
             for at in range(first, first + steps, PIECE):
                 begun = self.memories

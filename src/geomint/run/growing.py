@@ -46,10 +46,15 @@ class Growing:
 
     def take(self, steps: int) -> None:
         """Take steps, and make the directions orthonormal after every so many, and at their end."""
-        whole, rest = divmod(steps, self._every)
-        for times, at_once in ((whole, self._every), (1, rest)):
+        begin = self._stepper.last_begin(
+            self._start, self._h, self.steps + steps, self._stepper.end
+        )
+        last = int(begin != self._start)
+        whole, rest = divmod(steps - last, self._every)
+        parts = (self._start, whole, self._every), (self._start, 1, rest), (begin, 1, last)
+        for t0, times, at_once in parts:
             if times * at_once:
-                self._take(self._start, self._h, self.steps, times, at_once)
+                self._take(t0, self._h, self.steps, times, at_once)
                 self.steps += times * at_once
 
     def cut(self, h: float) -> None:

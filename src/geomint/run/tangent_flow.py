@@ -150,6 +150,7 @@ def started(
         problem, chosen, state, t_end, tau_end, step, start_time, compiled=True
     )
     stepper = chosen.start(Start(problem, state, timeline.start, timeline.h))
+    stepper.end = timeline.own_end
     return state, timeline, stepper
 
 
