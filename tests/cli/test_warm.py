@@ -139,6 +139,9 @@ def test_a_script_is_told_once_that_functions_are_compiled(
     given: dict[str, Any] = {"t_end": 1.0, "step": 0.1, "method": "rk-4"}
     monkeypatch.setattr(compiling, "_announced", [])
     gi.solve(new_problem(), [1.0], progress=False, **given)
+    gi.solve(new_problem(), [1.0], t_end=1.0, progress=False)
+    gi.solve_ensemble(new_problem(), [[1.0]], t_end=1.0, progress=False)
+    gi.lyapunov(new_problem(), [1.0], t_end=1.0, step=0.1, progress=False)
     assert capsys.readouterr().err == ""
     for problem in (one, new_problem()):
         gi.solve(problem, [1.0], **given)

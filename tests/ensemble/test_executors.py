@@ -142,6 +142,20 @@ def test_an_executor_that_is_shut_down() -> None:
         gi.solve_ensemble(HENON, STATES, executor=pool, **ASKED)
 
 
+def test_ctrl_c_ends_what_threads_of_an_executor_have_begun(monkeypatch) -> None:
+    def update(self, done: float) -> None:
+        time.sleep(0.2)
+        if threading.current_thread() is threading.main_thread():
+            raise KeyboardInterrupt
+
+    asked = {**ASKED, "t_end": 200_000.0, "progress": False}
+    gi.solve_ensemble(HENON, STATES[:8], **ASKED)  # compiled
+    monkeypatch.setattr("geomint.run.progress.Progress.update", update)
+    with ThreadPoolExecutor(1) as pool:
+        many = gi.solve_ensemble(HENON, STATES[:8], executor=pool, workers=1, **asked)
+    assert not (many.status == "success").any()
+
+
 @pytest.mark.slow
 def test_a_killed_process_keeps_finished_members() -> None:
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:

@@ -204,6 +204,9 @@ def test_what_there_is_after_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.status == "interrupted"
     assert 0 < len(found.t) < 60
     assert found.exponents.shape == (4,)
+    counted = iter([20])  # a step of 10⁻⁶: long before directions have to be orthonormal
+    found = gi.lyapunov(henon_heiles.problem(), CHAOTIC, t_end=0.2, method="rk-4", step=1e-6)
+    assert 0 < found.steps < 50_000
 
 
 @gi.field

@@ -1,5 +1,6 @@
 """What `geomint.solve` does not take, and what to write instead: for users of other solvers."""
 
+import contextlib
 import functools
 import inspect
 from collections.abc import Callable, Mapping
@@ -47,6 +48,21 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
         if not (isinstance(args[0] if args else None, kind) and options.keys() <= by_name):
             _check(function, args, options)
         return function(*args, **options)
+
+    return asked
+
+
+def still(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the function, in which nothing says that functions are compiled if `progress` is False."""
+
+    @functools.wraps(function)
+    def asked(*args: P.args, **options: P.kwargs) -> R:
+        with contextlib.ExitStack() as stack:
+            if options.get("progress") is False:
+                from ..kernels.compiling.compile import listen  # imports numba
+
+                stack.callback(listen(lambda name, seconds: None))
+            return function(*args, **options)
 
     return asked
 

@@ -13,6 +13,7 @@ from ..methods.method import Start
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
+from .calls import still
 from .carried_directions import columns
 from .exponents import BLOCKS, Lyapunov
 from .growing import Growing
@@ -27,10 +28,11 @@ from .watched_steps import WatchedSteps, tell_fastest
 APART = 0.1  # of a characteristic time: directions are made orthonormal as often
 EARLY = 200  # samples at even intervals of log t
 LOOKS, PART = 32, 20  # at how fast the motion is, beside the first of its steps, or that part
-PIECE = 1 << 14  # steps between which Ctrl-C is seen
+PIECE = 1 << 14  # steps between which Ctrl-C is seen, however short they are
 
 
 @keeping
+@still
 def lyapunov(
     problem: Problem,
     y0: Any,
@@ -115,7 +117,7 @@ def lyapunov(
     with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
         rate_at = rates_of(problem, state)
         span = characteristic_time(problem, state, timeline.h, timeline.start, rate_at)
-    every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))
+    every = int(np.clip(APART * span / abs(timeline.h), 1, max(min(timeline.steps, PIECE), 1)))
     steps, rest = timeline.steps, timeline.remainder
     growing = Growing(stepper, carried, timeline.start, timeline.h, every)
     places: list[tuple[Array, float]] = []
@@ -126,7 +128,7 @@ def lyapunov(
         try:
             for mark in _marks(steps, every):
                 while growing.steps < mark:
-                    growing.take(min(mark - growing.steps, max(PIECE // every, 1) * every))
+                    growing.take(min(mark - growing.steps, PIECE // every * every))
                     bar.update(growing.steps)
                 growing.sample(abs(timeline.h) * mark)
                 if unknown and LOOKS * mark // steps > len(places):

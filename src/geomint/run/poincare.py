@@ -10,6 +10,7 @@ from ..errors import DomainError, StepError, keeping
 from ..methods import Exact, Method, find_solver
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
+from .calls import still
 from .events import Event, choose_events
 from .exact.trail import ExactTrail
 from .local_error import Ranked, tell_errors
@@ -26,6 +27,7 @@ PATIENCE = 10**6  # steps without a point after which no more are expected
 
 
 @keeping
+@still
 def poincare_section(
     problem: Problem,
     states: Any,

@@ -25,7 +25,7 @@ from .asked import check_counts, check_switches, restart_of, wanted_times, wants
 from .begun_anew import begun_anew
 from .breaks import breaks_of, divided
 from .callback import Callback, asked_to_end, check_callback
-from .calls import explained
+from .calls import explained, still
 from .crossings import Crossings
 from .driver import drive
 from .error_estimate import check_estimate, error_estimate, label
@@ -51,6 +51,7 @@ BRIEF = 4096  # numbers of all steps, where only compiled code runs: millisecond
 
 @explained
 @keeping
+@still
 def solve(
     problem: Problem | Solution,
     y0: Any = None,

@@ -12,7 +12,7 @@ from ...arguments import finite, whole
 from ...errors import DomainError, EnsembleError, LeftOutWarning, StateWarning, tell
 from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
-from ..calls import explained
+from ..calls import explained, still
 from ..progress import Progress
 from ..step_notes import tell_short_run
 from .given import Asked, canonical_members
@@ -24,6 +24,7 @@ from .spread import checked_executor, checked_workers, first_look, spread
 
 
 @explained
+@still
 def solve_ensemble(
     problems: Any,
     states: Any,

@@ -169,7 +169,8 @@ def spread(
     blocks = blocks_of(which, size)
     ahead = AHEAD * workers if asked.streamed else len(blocks)
     if executor is not None:
-        yield from _collected(executor, asked, given, blocks, ahead, None, between)
+        shared = np.zeros(1) if isinstance(executor, ThreadPoolExecutor) else None
+        yield from _collected(executor, asked, given, blocks, ahead, shared, between)
         return
     with ThreadPoolExecutor(workers, "geomint") as pool:
         yield from _collected(pool, asked, given, blocks, ahead, np.zeros(1), between)
