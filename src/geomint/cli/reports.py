@@ -8,6 +8,7 @@ from typing import Any
 from ..errors import DomainError, LeftOutWarning, tell
 from ..plan import SeveralRuns, common_notes, plan_chaos, plan_scan, plan_section, run_methods
 from ..report import CHAOS_FILES, DRIFT_FILES, SCAN_FILES, SECTION_FILES
+from ..run.calls import still
 from ..run.ensemble.result import Ensemble
 from ..run.exponents import Lyapunov
 from ..run.files.outputs import check_folder
@@ -17,6 +18,7 @@ from ..scene import Scene, load_scene
 Given = str | PathLike[str] | Mapping[str, Any] | Scene
 
 
+@still
 def chaos_report(
     scene: Given,
     out: str | PathLike[str],
@@ -60,6 +62,7 @@ def chaos_report(
     return found
 
 
+@still
 def drift_report(
     scene: Given,
     out: str | PathLike[str],
@@ -111,6 +114,7 @@ def drift_report(
     return result
 
 
+@still
 def scan_report(
     scene: Given,
     out: str | PathLike[str],
@@ -154,6 +158,7 @@ def scan_report(
     return many
 
 
+@still
 def section_report(
     scene: Given,
     out: str | PathLike[str],
