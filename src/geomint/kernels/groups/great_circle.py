@@ -41,7 +41,7 @@ def turn_coefficients(s):
 
 
 @helper
-def great_circle(h, y, out) -> None:
+def great_circle(h, y, out):
     """Write the increment of the flow of ½(p, p) on T*S^(n−1) over h, y = (q, p).
 
     ::
@@ -84,7 +84,7 @@ def great_circle(h, y, out) -> None:
 
 
 @helper
-def kick_along_sphere(h, y, out) -> None:
+def kick_along_sphere(h, y, out):
     """Write the increment ``p −= h (f − (q, f) q)``; f = ∂V/∂q is taken from the last rows of `out`."""
     n = len(y) // 2
     normal = y[0] * out[n]

@@ -40,7 +40,7 @@ def rotation_coefficients(s):
 
 
 @helper
-def turn(a, b, xi, y, out) -> None:
+def turn(a, b, xi, y, out):
     """Write ``a ξ×v + b ξ×(ξ×v)`` for each vector v of the state."""
     x0, x1, x2 = xi[0], xi[1], xi[2]
     for i in range(0, len(y), 3):
@@ -54,21 +54,21 @@ def turn(a, b, xi, y, out) -> None:
 
 
 @helper
-def so3_act(layout, xi, y, out, work) -> None:
+def so3_act(layout, xi, y, out, work):
     """Write ``(exp(ξ̂) − 1) v`` for each vector v of the state."""
     a, b = rotation_coefficients(xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2])
     turn(a, b, xi, y, out)
 
 
 @helper
-def so3_cayley(layout, xi, y, out, work) -> None:
+def so3_cayley(layout, xi, y, out, work):
     """Write ``(cay(ξ̂) − 1) v = (ξ×v + ½ ξ×(ξ×v)) / (1 + |ξ|²/4)`` for each vector v."""
     a = 1.0 / (1.0 + 0.25 * (xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2]))
     turn(a, 0.5 * a, xi, y, out)
 
 
 @helper
-def so3_bracket(layout, x, y, out, work) -> None:
+def so3_bracket(layout, x, y, out, work):
     """Write x × y."""
     x0, x1, x2, y0, y1, y2 = x[0], x[1], x[2], y[0], y[1], y[2]
     out[0] = x1 * y2 - x2 * y1
@@ -99,7 +99,7 @@ def dexpinv_coefficient(s):
 
 
 @helper
-def so3_dexpinv(layout, u, v, out, work) -> None:
+def so3_dexpinv(layout, u, v, out, work):
     """Write ``dexp_u⁻¹ v = v − ½ u×v + c u×(u×v)``; NaN where u turns by more than `CHART`."""
     c = dexpinv_coefficient(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     turn(-0.5, c, u, v, out)
@@ -108,7 +108,7 @@ def so3_dexpinv(layout, u, v, out, work) -> None:
 
 
 @helper
-def so3_dcayinv(layout, u, v, out, work) -> None:
+def so3_dcayinv(layout, u, v, out, work):
     """Write ``dcay_u⁻¹ v = v − ½ u×v + ¼ (u, v) u``."""
     u0, u1, u2, v0, v1, v2 = u[0], u[1], u[2], v[0], v[1], v[2]
     along = 0.25 * (u0 * v0 + u1 * v1 + u2 * v2)

@@ -25,7 +25,7 @@ def so_n_work(n: int) -> int:
 
 
 @helper
-def unpack_skew(n: int, flat, full) -> None:
+def unpack_skew(n: int, flat, full):
     """Write the n×n matrix of a flat upper triangle."""
     at = 0
     for i in range(n):
@@ -37,7 +37,7 @@ def unpack_skew(n: int, flat, full) -> None:
 
 
 @helper
-def multiply(n: int, x, y, out) -> None:
+def multiply(n: int, x, y, out):
     """Write the product of two n×n matrices; `out` must be neither of them."""
     for i in range(n):
         for j in range(n):
@@ -48,7 +48,7 @@ def multiply(n: int, x, y, out) -> None:
 
 
 @helper
-def polynomial_term(n: int, c0: float, c1: float, c2: float, x, x2, product, out) -> None:
+def polynomial_term(n: int, c0: float, c1: float, c2: float, x, x2, product, out):
     """Write ``product + c0 + c1 x + c2 x²``."""
     for i in range(n * n):
         out[i] = product[i] + (c1 * x[i] + c2 * x2[i])
@@ -57,7 +57,7 @@ def polynomial_term(n: int, c0: float, c1: float, c2: float, x, x2, product, out
 
 
 @helper
-def orthogonalize(n: int, m, gram, out) -> None:
+def orthogonalize(n: int, m, gram, out):
     """Write E (3 − EᵀE)/2 − 1 for E = 1 + M; `gram` is scratch of the same size."""
     for i in range(n):
         for j in range(n):
@@ -71,7 +71,7 @@ def orthogonalize(n: int, m, gram, out) -> None:
 
 
 @helper
-def exponential_increment(n: int, xi, result, work) -> None:
+def exponential_increment(n: int, xi, result, work):
     """Write exp(X) − 1 for the skew matrix X of a flat triangle; `work` holds five n×n matrices.
 
     Scaling by powers of two, Taylor's polynomial of degree 12 (five products, Paterson and
@@ -125,7 +125,7 @@ def exponential_increment(n: int, xi, result, work) -> None:
 
 
 @helper
-def so_n_move(layout, xi, m, y, out, work) -> None:
+def so_n_move(layout, xi, m, y, out, work):
     """Write ``E·y − y`` for every piece of the state, from m = E − 1; two n×n matrices of scratch."""
     n = int(layout[0])
     size = n * n
@@ -167,7 +167,7 @@ def so_n_move(layout, xi, m, y, out, work) -> None:
 
 
 @helper
-def so_n_act(layout, xi, y, out, work) -> None:
+def so_n_act(layout, xi, y, out, work):
     """Write ``exp(ξ)·y − y``."""
     n = int(layout[0])
     m = part(work, 0, n * n)
@@ -177,7 +177,7 @@ def so_n_act(layout, xi, y, out, work) -> None:
 
 
 @helper
-def so_n_bracket(layout, x, y, out, work) -> None:
+def so_n_bracket(layout, x, y, out, work):
     """Write the commutator ``XY − YX`` of two flat triangles; translations commute."""
     n = int(layout[0])
     a = part(work, 0, n * n)

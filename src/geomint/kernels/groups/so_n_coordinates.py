@@ -17,7 +17,7 @@ CHART = 8.0
 
 
 @helper
-def solve_near_one(n: int, a, b) -> None:
+def solve_near_one(n: int, a, b):
     """Replace the n×n matrix b by a⁻¹ b, by elimination without pivoting; a is overwritten.
 
     The symmetric part of a must be 1: then so is at least that of every Schur complement, and
@@ -41,7 +41,7 @@ def solve_near_one(n: int, a, b) -> None:
 
 
 @helper
-def so_n_cayley(layout, xi, y, out, work) -> None:
+def so_n_cayley(layout, xi, y, out, work):
     """Write ``cay(ξ)·y − y``, from ``cay(ξ) − 1 = (1 − ξ/2)⁻¹ ξ``; NaN where |ξ| > `CHART`."""
     n = int(layout[0])
     size = n * n
@@ -61,7 +61,7 @@ def so_n_cayley(layout, xi, y, out, work) -> None:
 
 
 @helper
-def so_n_dcayinv(layout, u, v, out, work) -> None:
+def so_n_dcayinv(layout, u, v, out, work):
     """Write ``dcay_u⁻¹ v = (1 − u/2) v (1 + u/2) = v − ½ [u, v] − ¼ u v u``: exact, no series."""
     n = int(layout[0])
     size = n * n
@@ -83,7 +83,7 @@ def so_n_dcayinv(layout, u, v, out, work) -> None:
 
 
 @helper
-def so_3_dexpinv(layout, u, v, out, work) -> None:
+def so_3_dexpinv(layout, u, v, out, work):
     """Write ``dexp_u⁻¹ v = v − ½ [u, v] + c [u, [u, v]]`` for flat triangles of n = 3."""
     c = dexpinv_coefficient(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     bracket = part(work, 18, len(v))

@@ -44,7 +44,7 @@ def back_along(
     matrix,
     a,
     found,
-) -> None:
+):
     """Write ``a`` with ``ahead − Σ a_c ways_c`` on the level, for each point, from what it is.
 
     Parameters

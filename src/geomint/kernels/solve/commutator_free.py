@@ -33,7 +33,7 @@ def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratc
 
 
 @inlined
-def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h, v) -> None:
+def combine_generators(table, at: int, stages: int, xi, algebra_rows: int, h, v):
     """Write ``v = h Σ_j table[at + j] ξ_j``."""
     for r in range(algebra_rows):
         total = 0.0 * v[r]

@@ -14,7 +14,7 @@ def compensated_state(rows: int) -> State:
 
 
 @helper
-def add_compensated(state, carry, row: int, increment) -> None:
+def add_compensated(state, carry, row: int, increment):
     """Add `increment` to ``state[row] + carry[row]``, an unevaluated sum (Knuth's TwoSum).
 
     The rounded sum goes to `state`, the rest to `carry`; both are blocks of any kind.

@@ -68,7 +68,7 @@ SCRATCH = WEIGHTS + NODES + PIECES + 2 * FIVE + 2 * NINE
 
 
 @helper
-def keep(orbit, node: int, theta: float, sign: float, at: int) -> None:
+def keep(orbit, node: int, theta: float, sign: float, at: int):
     """Write an event: its time, its direction, and the state that is in memory."""
     rows = orbit.rows
     row = part(orbit.out, at * (rows + 2), rows + 2)
@@ -182,7 +182,7 @@ def look_inside(orbit, node: int, f, b, found: int) -> int:
 
 
 @helper
-def halved(pieces, at: int, low: float, high: float, f, odd) -> None:
+def halved(pieces, at: int, low: float, high: float, f, odd):
     """Write both halves of a part, the first on top: its ends and five values each."""
     width = 2 + FIVE
     second, first = part(pieces, at * width, width), part(pieces, (at + 1) * width, width)

@@ -30,7 +30,7 @@ def gauss_between(groups: int) -> Recorded:
     """Return ``between(coefficients, table, theta)``, which makes the predictor M(θ)."""
 
     @helper
-    def between(coefficients, table, theta: float) -> None:
+    def between(coefficients, table, theta: float):
         columns = 8 * groups * groups
         rows = int(top(section(coefficients, gauss_coefficients(0, groups, REST), "rows")[0]))
         numbers = gauss_coefficients(rows, groups, REST)
@@ -51,7 +51,7 @@ def gauss_polynomial(groups: int) -> Recorded:
     """Return ``polynomial(memory, table, rows, out)``: coefficients of θ, θ², …, row after row."""
 
     @helper
-    def polynomial(memory, table, rows: int, out) -> None:
+    def polynomial(memory, table, rows: int, out):
         powers = powers_of(table, groups)
         stages = as_lanes(section(memory, gauss_memory(rows, groups), "stages"), 0, rows * groups)
         sums = part(table, 64 * powers * groups * groups, 8 * powers * groups)
@@ -79,7 +79,7 @@ def gauss_inside(groups: int) -> Recorded:
     """
 
     @helper
-    def inside(memory, before, table, rows: int, first: int, count: int, out) -> None:
+    def inside(memory, before, table, rows: int, first: int, count: int, out):
         columns = as_lanes(table, 0, 24 * groups)
         layout = gauss_memory(rows, groups)
         stages = as_lanes(section(memory, layout, "stages"), 0, rows * groups)

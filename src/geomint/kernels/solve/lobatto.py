@@ -199,9 +199,7 @@ def lobatto_step(
 
 
 @helper
-def push_along_normals(
-    impulses, per, L, weights, coarse: bool, lam, own: Work, n: int, m: int
-) -> None:
+def push_along_normals(impulses, per, L, weights, coarse: bool, lam, own: Work, n: int, m: int):
     """Add to the multipliers what moves the stages by what they lack, a vector of R^n each.
 
     The forces that do so are found as vectors, and split along the normals of the stages that they act

@@ -28,7 +28,7 @@ def members_loop(width: int) -> Recorded:
         return as_singles(block) if width > 1 else block
 
     @helper
-    def load(values, first: int, here: int, rows: int, own) -> None:
+    def load(values, first: int, here: int, rows: int, own):
         """Write rows of members into lanes; lanes that have none repeat the last member."""
         for lane in range(width):
             at = (first + min(lane, here - 1)) * rows
@@ -36,7 +36,7 @@ def members_loop(width: int) -> Recorded:
                 own[width * r + lane] = values[at + r]
 
     @helper
-    def store(own, lane: int, values, at: int, rows: int) -> None:
+    def store(own, lane: int, values, at: int, rows: int):
         for r in range(rows):
             values[at + r] = own[width * r + lane]
 
@@ -45,7 +45,7 @@ def members_loop(width: int) -> Recorded:
         advance, functions, params, coefficients, fractions, memory, work, times, moved, starts,
         lasts, lengths, counts, rests, states, saved, found, stop, carries, rows: int, every: int,
         saves: int,
-    ) -> None:  # fmt: skip
+    ):  # fmt: skip
         """Move members to their ends.
 
         Parameters

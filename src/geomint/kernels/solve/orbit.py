@@ -70,7 +70,7 @@ def conditioning(orbit, node: int, other: int, own: bool) -> float:
 
 
 @helper
-def begin(orbit, node: int) -> None:
+def begin(orbit, node: int):
     """Take the whole step from a node, on which partial ones begin, unless it is known."""
     note, size = orbit.note, len(orbit.whole)
     if note[4] == node:
@@ -159,7 +159,7 @@ def values_inside(orbit, node: int, first: float, last: float) -> float:
 
 
 @helper
-def write_differences(nine) -> None:
+def write_differences(nine):
     """Write the forward differences of nine values over their factorials, beside them."""
     for k in range(NINE):
         nine[NINE + k] = nine[k]
@@ -276,7 +276,7 @@ def root(orbit, node: int, a: float, b: float, f, rising: bool, rounding: float)
 
 
 @helper
-def nothing(memory, before, places, rows: int, first: int, count: int, out) -> None:
+def nothing(memory, before, places, rows: int, first: int, count: int, out):
     """Write nothing: where nothing is remembered of a step."""
 
 

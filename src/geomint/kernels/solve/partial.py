@@ -24,12 +24,12 @@ UNSEEN = 2.0**-56
 
 
 @helper
-def cold(coefficients, table, theta: float) -> None:
+def cold(coefficients, table, theta: float):
     """Do nothing: where a partial step begins with nothing."""
 
 
 @helper
-def none(memory, table, rows: int, out) -> None:
+def none(memory, table, rows: int, out):
     """Write nothing: where there is no polynomial."""
 
 
@@ -42,7 +42,7 @@ Drive = namedtuple(
 
 
 @inlined
-def whole_step(s, node: int, h: float) -> None:
+def whole_step(s, node: int, h: float):
     """Leave in the `whole` memory what a step of length h leaves, from a node on; 0 if it fails."""
     whole, at = s.whole, node * s.rows
     for r in range(len(whole)):
@@ -152,7 +152,7 @@ def slope_of(powers, first: int, count: int, theta: float) -> float:
 
 
 @inlined
-def shift(memory, powers, theta: float, change: float, row) -> None:
+def shift(memory, powers, theta: float, change: float, row):
     """Write the state in memory, at θ of a step, moved along the step's polynomial."""
     count = len(powers) // len(row)
     for r in range(len(row)):

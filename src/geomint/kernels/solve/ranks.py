@@ -66,7 +66,7 @@ def keep(ranks, window: int, rows: int, slot: int, memory) -> int:
 
 
 @inlined
-def rank_by_own_number(ranks, done: int, steps: int, own: float) -> None:
+def rank_by_own_number(ranks, done: int, steps: int, own: float):
     """Rank the last of so many steps, which is the one before `done`, by a number of its `own`.
 
     Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Numbers of
@@ -79,7 +79,7 @@ def rank_by_own_number(ranks, done: int, steps: int, own: float) -> None:
 
 
 @helper
-def rank_by_differences(ranks, done: int, steps: int, own: float) -> None:
+def rank_by_differences(ranks, done: int, steps: int, own: float):
     """Rank the last of so many steps by differences, for all of them.
 
     It is a call of its own: loops of short steps become slower than that by what stands in them.
@@ -88,7 +88,7 @@ def rank_by_differences(ranks, done: int, steps: int, own: float) -> None:
 
 
 @inlined
-def _rank(ranks, done: int, steps: int, number: float, squared: bool) -> None:
+def _rank(ranks, done: int, steps: int, number: float, squared: bool):
     """Add a number to the total, once there are states enough, and keep it if it is the largest."""
     known = _parts(ranks)
     known.missing[0] -= steps
@@ -126,7 +126,7 @@ def _differences(ranks) -> float:
 
 
 @helper
-def _record(ranks, number: float, done: int) -> None:
+def _record(ranks, number: float, done: int):
     """Keep the state where the window begins whose number is the largest."""
     window, width, known = int(ranks[0]), 8 * ((int(ranks[1]) + 7) // 8), _parts(ranks)
     slot, mark = int(known.slot[0]), int(known.records[0]) % MARKS

@@ -51,9 +51,7 @@ def rattle_work(n: int, m: int, scratch: int) -> Work:
 
 
 @helper
-def add_normal_response(
-    gradients, params, t, q, p, dp, G, scale, own: Work, n: int, m: int
-) -> None:
+def add_normal_response(gradients, params, t, q, p, dp, G, scale, own: Work, n: int, m: int):
     """Add ``scale · H_pp(q, p) Gᵀ`` to the response, a row a constraint, to some digits.
 
     `dp` holds ∂H/∂p at (q, p). p is moved along a normal by a part of its own size: by less, what is
@@ -78,7 +76,7 @@ def add_normal_response(
 
 
 @helper
-def drop_rounding(g, G, q, n: int, m: int) -> None:
+def drop_rounding(g, G, q, n: int, m: int):
     """Set the rows of g that a rounded q and a rounded sum of n terms explain to zero.
 
     No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to

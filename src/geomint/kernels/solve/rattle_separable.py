@@ -28,14 +28,14 @@ def separable_rattle_work(n: int, m: int, scratch: int) -> Work:
 
 
 @helper
-def slopes(gradients, params, t, q, G, dq, response, work, n: int, m: int) -> None:
+def slopes(gradients, params, t, q, G, dq, response, work, n: int, m: int):
     """Write ∂V/∂q to `dq` and ``G M⁻¹`` to `response`: ∂H/∂p is linear, its argument a row of G."""
     for a in range(m):
         gradients(params, t, q, part(G, a * n, n), dq, part(response, a * n, n), work)
 
 
 @helper
-def displace(q, carry, step, lam, own: Work, n: int, m: int) -> None:
+def displace(q, carry, step, lam, own: Work, n: int, m: int):
     """Write the `increment` ``free − h²/2 M⁻¹G(q)ᵀλ``, the new q rounded (`Q`), and what that loses.
 
     Multiplied by h/2 and h as the momentum is: the rounding of h²/2, the same in every step, made the

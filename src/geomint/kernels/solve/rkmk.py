@@ -93,7 +93,7 @@ def dexpinv_series(
 
 
 @inlined
-def stage_value(act, table, i: int, y, carry, own: Work, h, n: int, m: int) -> None:
+def stage_value(act, table, i: int, y, carry, own: Work, h, n: int, m: int):
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
     if i == 0:
         for r in range(n):
@@ -109,7 +109,7 @@ def stage_value(act, table, i: int, y, carry, own: Work, h, n: int, m: int) -> N
 @inlined
 def write_stages(
     generator, act, inverse, params, table, y, carry, own: Work, t, h, known: int, n: int, m: int
-) -> None:
+):
     """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `own` before them.
 
     y and its carry are an unevaluated sum. With `known` = 1, the place of ξ holds ξ(t, y) at

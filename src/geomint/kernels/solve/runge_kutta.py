@@ -37,7 +37,7 @@ def runge_kutta_work(rows: int, stages: int, field_work: int) -> Work:
 
 
 @inlined
-def combine(weights, k, h, zero, out, rows: int) -> None:
+def combine(weights, k, h, zero, out, rows: int):
     """Write ``h Σ_j weights[j] k_j``; `k` holds the vectors of `rows` one after the other.
 
     `zero` is the number 0 of the right kind.
@@ -60,9 +60,7 @@ def largest(block, rows: int):
 
 
 @inlined
-def runge_kutta_stages(
-    field, params, table, y, carry, own: Work, t, h, known: int, rows: int
-) -> None:
+def runge_kutta_stages(field, params, table, y, carry, own: Work, t, h, known: int, rows: int):
     """Write ``k_i = f(t + c_i h, y + h Σ_j a_ij k_j)``; the first `known` of them are there already.
 
     y and its carry are an unevaluated sum; `table` and `own` are the parts of coefficients and scratch.

@@ -20,7 +20,7 @@ WEIGHTS = 7 * NODES  # at ¼, ½, ¾; at ½ without one, two, three nodes; the p
 
 
 @inlined
-def bernstein(f, out) -> None:
+def bernstein(f, out):
     """Write Bernstein's coefficients of the quartic through five values, equally spaced."""
     out[0] = f[0]
     out[1] = (-13.0 * f[0] + 48.0 * f[1] - 36.0 * f[2] + 16.0 * f[3] - 3.0 * f[4]) / 12.0
@@ -73,7 +73,7 @@ def quartic(f, x: float) -> float:
 
 
 @helper
-def lagrange(places, first: int, count: int, t: float, out) -> None:
+def lagrange(places, first: int, count: int, t: float, out):
     """Write the weights at t of the interpolation through `count` places from `first` on."""
     for j in range(count):
         weight = 1.0
@@ -85,7 +85,7 @@ def lagrange(places, first: int, count: int, t: float, out) -> None:
 
 
 @helper
-def write_weights(times, last: int, even: bool, weights) -> None:
+def write_weights(times, last: int, even: bool, weights):
     """Write all weights between the node before `last` and it, of the eight nodes that end there.
 
     Those of equally spaced nodes are for 0 … 7: times differ by their rounding, and weights that are

@@ -9,7 +9,7 @@ JUMP, RESTING, PULLED = 0.35, 0.52, 4.0
 
 
 @helper
-def solve_small(m: int, matrix, right) -> None:
+def solve_small(m: int, matrix, right):
     """Solve an m×m system in place, by elimination without exchanges.
 
     The matrices are G H_pp Gᵀ: definite wherever the kinetic energy is definite on the normals.
@@ -70,7 +70,7 @@ def lost_rank(m: int, matrix, n: int, p, kick, moved: float, force, h) -> bool:
 
 
 @helper
-def contract(n: int, rows: int, left, right, out) -> None:
+def contract(n: int, rows: int, left, right, out):
     """Write ``left rightᵀ`` of two matrices of `rows` rows and n columns."""
     for a in range(rows):
         for b in range(rows):

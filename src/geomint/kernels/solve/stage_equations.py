@@ -131,7 +131,7 @@ def stages_of(coefficients, memory, work, groups: int, rows: int):
 
 
 @inlined
-def write_lack(field, params, s, t: float, h: float, groups: int, rows: int) -> None:
+def write_lack(field, params, s, t: float, h: float, groups: int, rows: int):
     """Write R into `change`, and the stages into Y."""
     stage_sums(eight_columns(s.mu, 0, 0, groups), s.mu, s.L, s.y, s.carry, s.Y, groups, rows)
     for g in range(groups):
@@ -145,7 +145,7 @@ def write_lack(field, params, s, t: float, h: float, groups: int, rows: int) -> 
 
 
 @inlined
-def write_jacobians(jacobians, s, t: float, h: float, groups: int, rows: int) -> None:
+def write_jacobians(jacobians, s, t: float, h: float, groups: int, rows: int):
     """Write the Jacobian at each stage Y."""
     for i in range(groups * rows):
         s.values[i] = plain(s.Y[i])
@@ -156,7 +156,7 @@ def write_jacobians(jacobians, s, t: float, h: float, groups: int, rows: int) ->
 
 
 @helper
-def transform(columns, source, target, more: bool, groups: int, rows: int) -> None:
+def transform(columns, source, target, more: bool, groups: int, rows: int):
     """Write, or add, ``Σ_j columns_ij source_j`` for all stages."""
     for own in range(groups):
         for other in range(groups):
@@ -168,7 +168,7 @@ def transform(columns, source, target, more: bool, groups: int, rows: int) -> No
 
 
 @helper
-def factor_mean(s, h: float, groups: int, rows: int) -> None:
+def factor_mean(s, h: float, groups: int, rows: int):
     """Factor ``1 − h Λ ⊗ J``, J the mean of the Jacobians at the stages."""
     size = rows * rows
     real = as_lanes(s.numbers.eigen_real, 0, groups)
@@ -187,7 +187,7 @@ def factor_mean(s, h: float, groups: int, rows: int) -> None:
 
 
 @helper
-def solve_mean(s, groups: int, rows: int) -> None:
+def solve_mean(s, groups: int, rows: int):
     """Replace R in `change` by the change of L that the factors of `factor_mean` give."""
     n, size, columns = s.numbers, rows * rows, 8 * groups * groups
     transform(as_lanes(n.into_real, 0, columns), s.change, s.real, False, groups, rows)
@@ -202,7 +202,7 @@ def solve_mean(s, groups: int, rows: int) -> None:
 
 
 @helper
-def factor_stages(s, h: float, groups: int, rows: int) -> None:
+def factor_stages(s, h: float, groups: int, rows: int):
     """Factor the derivative of R by L, with the Jacobian of each stage."""
     n = s.count * rows
     width, lanes = padded(n), 8 * groups
@@ -224,7 +224,7 @@ def factor_stages(s, h: float, groups: int, rows: int) -> None:
 
 
 @helper
-def solve_stages(s, rows: int) -> None:
+def solve_stages(s, rows: int):
     """Write into `vector` what the factors of `factor_stages` make of R."""
     for i in range(s.count):
         at = s.first + i
@@ -234,7 +234,7 @@ def solve_stages(s, rows: int) -> None:
 
 
 @helper
-def solve_all(s, groups: int, rows: int) -> None:
+def solve_all(s, groups: int, rows: int):
     """Replace R in `change` by the change of L that the factors of `factor_stages` give."""
     solve_stages(s, rows)
     for i in range(groups * rows):

@@ -17,7 +17,7 @@ def padded(size: int) -> int:
 
 
 @helper
-def factor_lanes(n: int, real, imaginary, order) -> None:
+def factor_lanes(n: int, real, imaginary, order):
     """Factor eight complex n×n matrices in place, one in each lane, by elimination.
 
     Rows are exchanged in all lanes alike: the pivot is the row whose smallest lane is the largest. The
@@ -51,7 +51,7 @@ def factor_lanes(n: int, real, imaginary, order) -> None:
 
 
 @helper
-def solve_lanes(n: int, real, imaginary, order, x, y) -> None:
+def solve_lanes(n: int, real, imaginary, order, x, y):
     """Solve in place for x + iy, eight right-hand sides, by the factors of `factor_lanes`."""
     for k in range(n):
         at = int(order[k])
@@ -78,7 +78,7 @@ def solve_lanes(n: int, real, imaginary, order, x, y) -> None:
 
 
 @helper
-def factor_whole(n: int, matrix, order) -> None:
+def factor_whole(n: int, matrix, order):
     """Factor an n×n matrix in place by elimination with exchanges of rows.
 
     Rows begin every ``padded(n)`` numbers, and the inverse of each pivot is left in its place. What is
@@ -112,7 +112,7 @@ def factor_whole(n: int, matrix, order) -> None:
 
 
 @helper
-def solve_whole(n: int, matrix, order, x) -> None:
+def solve_whole(n: int, matrix, order, x):
     """Solve in place for x by the factors of `factor_whole`."""
     width = padded(n)
     for k in range(n):

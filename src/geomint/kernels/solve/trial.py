@@ -11,7 +11,7 @@ from .status import OK, Steps
 
 
 @helper
-def parting(coarse, fine, rows: int, count: int, factor: float, y0, ends, sizes, errors) -> None:
+def parting(coarse, fine, rows: int, count: int, factor: float, y0, ends, sizes, errors):
     """Write for each of `count` states the largest deviation, relative to the size of its piece.
 
     States have `rows` numbers, the first of which are those of y0. Deviations are differences over

@@ -17,7 +17,7 @@ EIGHT = 8
 
 
 @helper
-def begin_at(s: Sizes, state, plain) -> None:
+def begin_at(s: Sizes, state, plain):
     """Let the next step begin at a state, without what was carried of its sums."""
     size = 1 + s.at_once
     for first in range(0, s.d, s.at_once):
@@ -28,7 +28,7 @@ def begin_at(s: Sizes, state, plain) -> None:
 
 
 @helper
-def gather(s: Sizes, plain) -> None:
+def gather(s: Sizes, plain):
     """Let all groups of directions be where the first is.
 
     Iterations that see other slopes end in other roundings, which chaos would make as large as the
@@ -82,7 +82,7 @@ def carry(
 
 
 @inlined
-def write_scaled(basis, at: int, scale: float, count: int, plain, to: int) -> None:
+def write_scaled(basis, at: int, scale: float, count: int, plain, to: int):
     """Write directions of a row in units of the state; eight at once if there are as many."""
     if count == EIGHT:
         as_lanes(plain, to, 1)[0] = scale * as_lanes(basis, at, 1)[0]
@@ -92,7 +92,7 @@ def write_scaled(basis, at: int, scale: float, count: int, plain, to: int) -> No
 
 
 @inlined
-def write_added(basis, at: int, scale: float, count: int, plain, new: int, rest: int, D) -> None:
+def write_added(basis, at: int, scale: float, count: int, plain, new: int, rest: int, D):
     """Write what a step has added to directions of a row: state and carry, less what was there."""
     by = 1.0 / scale
     if count == EIGHT:
@@ -104,7 +104,7 @@ def write_added(basis, at: int, scale: float, count: int, plain, new: int, rest:
 
 
 @helper
-def add_tables(x, factor: float, y, out) -> None:
+def add_tables(x, factor: float, y, out):
     """Write ``x + factor y``."""
     rows, others = as_lanes(x, 0, len(x) // 8), as_lanes(y, 0, len(x) // 8)
     sums = as_lanes(out, 0, len(x) // 8)
@@ -125,7 +125,7 @@ def squares(x) -> float:
 
 
 @helper
-def project(s: Sizes, kept: Kept, work: Work) -> None:
+def project(s: Sizes, kept: Kept, work: Work):
     """Take from what is added to directions the part that leads away from the manifold."""
     add_tables(kept.basis, 1.0, work.D, work.X)
     write_overlaps(s.n, kept.normals, work.X, work.along)
@@ -195,7 +195,7 @@ def settle(
 
 
 @helper
-def turn_stages(s: Sizes, upper, plain) -> None:
+def turn_stages(s: Sizes, upper, plain):
     """Turn what is remembered of stages as the directions are: the next iteration begins with it.
 
     In lanes there is a value, and then as many slopes; each is a sum of those up to it.

@@ -47,7 +47,7 @@ def log_density_at(density, manifold, params, t: float, y, s, kept, work, number
 def measure(
     kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
     plain, scratch, conditions, conditions_plain, density, starts, lengths, states, out,
-) -> None:  # fmt: skip
+):  # fmt: skip
     """Write the sum of the defects after each of the steps that lead to `states`.
 
     Parameters

@@ -42,7 +42,7 @@ def enlarge_scales(layout, y, kept: Kept, width: int) -> bool:
 
 
 @helper
-def write_gradients(manifold, params, t: float, y, s: Sizes, kept: Kept, C, numbers, plain) -> None:
+def write_gradients(manifold, params, t: float, y, s: Sizes, kept: Kept, C, numbers, plain):
     """Write the gradients of the conditions, a column each, in units of pieces and conditions."""
     state, values = part(numbers, 0, s.n), part(numbers, s.n, s.m)
     scratch = part(numbers, s.n + s.m, s.scratch)

@@ -6,7 +6,7 @@ from ..numbers.blocks import as_lanes, part
 
 
 @helper
-def write_overlaps(n: int, A, B, out) -> None:
+def write_overlaps(n: int, A, B, out):
     """Write ``AᵀB`` of two tables of n rows: a row for each column of A."""
     across, groups = len(A) // (8 * n), len(B) // (8 * n)
     rows, results = as_lanes(B, 0, n * groups), as_lanes(out, 0, 8 * across * groups)
@@ -37,7 +37,7 @@ def write_overlaps(n: int, A, B, out) -> None:
 
 
 @helper
-def add_product(n: int, A, B, out) -> None:
+def add_product(n: int, A, B, out):
     """Add ``A B`` to a table of n rows; B has a row for each column of A."""
     across, groups = len(A) // (8 * n), len(out) // (8 * n)
     rows, results = as_lanes(B, 0, 8 * across * groups), as_lanes(out, 0, n * groups)

@@ -24,7 +24,7 @@ from .signature import sweep
 
 
 @helper
-def write_column(s: Sizes, kept: Kept, A, factor: float, B, column: int, out) -> None:
+def write_column(s: Sizes, kept: Kept, A, factor: float, B, column: int, out):
     """Write a column of ``A + factor B``, in the numbers of the state."""
     width = lanes_for(s.d)
     for r in range(s.n):
@@ -65,7 +65,7 @@ def form_defect(
 def symplectic(
     kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
     plain, scratch, conditions, conditions_plain, form, constant: int, starts, lengths, states, out,
-) -> None:  # fmt: skip
+):  # fmt: skip
     """Write the defects of the steps that lead to `states`; the arguments are those of `measure`."""
     s = sizes_of(layout)
     method = (kernel, functions, params, coefficients, fractions)
