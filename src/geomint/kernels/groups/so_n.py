@@ -48,7 +48,7 @@ def multiply(n: int, x, y, out):
 
 
 @helper
-def polynomial_term(n: int, c0: float, c1: float, c2: float, x, x2, product, out):
+def polynomial_term(n: int, c0, c1, c2, x, x2, product, out):
     """Write ``product + c0 + c1 x + c2 x²``."""
     for i in range(n * n):
         out[i] = product[i] + (c1 * x[i] + c2 * x2[i])

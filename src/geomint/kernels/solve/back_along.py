@@ -19,7 +19,7 @@ def scratch_of(rows: int, conditions: int) -> tuple[int, int]:
 
 
 @helper
-def write_off(values, params, wanted, sizes, conditions: int, y, work, off) -> float:
+def write_off(values, params, wanted, sizes, conditions: int, y, work, off):
     """Write how far conditions are from holding, in their sizes; return the largest."""
     values(params, 0.0, y, off, work)
     for c in range(conditions):
@@ -36,7 +36,7 @@ def back_along(
     rows: int,
     conditions: int,
     count: int,
-    on: float,
+    on,
     ahead,
     ways,
     work,

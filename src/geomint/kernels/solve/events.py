@@ -68,7 +68,7 @@ SCRATCH = WEIGHTS + NODES + PIECES + 2 * FIVE + 2 * NINE
 
 
 @helper
-def keep(orbit, node: int, theta: float, sign: float, at: int):
+def keep(orbit, node: int, theta, sign, at: int):
     """Write an event: its time, its direction, and the state that is in memory."""
     rows = orbit.rows
     row = part(orbit.out, at * (rows + 2), rows + 2)
@@ -79,13 +79,13 @@ def keep(orbit, node: int, theta: float, sign: float, at: int):
 
 
 @helper
-def rounded(orbit, node: int, other: int, value: float) -> float:
+def rounded(orbit, node: int, other: int, value):
     """Return a small value at an end of a step, or 0 if that is what it is to rounding."""
     return value if abs(value) > ROUNDING * conditioning(orbit, node, other, False) else 0.0
 
 
 @helper
-def at_start(orbit, node: int, value: float, after: float, size: float) -> float:
+def at_start(orbit, node: int, value, after, size):
     """Return the value where a run begins, or 0 if that may be what is left of an event there."""
     left = LEFT * conditioning(orbit, node, node + 1, False)
     if ROUNDING * size < abs(value) <= left:
@@ -94,13 +94,13 @@ def at_start(orbit, node: int, value: float, after: float, size: float) -> float
 
 
 @inlined
-def sign_of(value: float) -> float:
+def sign_of(value):
     """Return 1, −1, or 0 of 0."""
     return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0
 
 
 @inlined
-def met(orbit, node: int, a: float, b: float, f, roots: int, sign: float, found: int) -> int:
+def met(orbit, node: int, a, b, f, roots: int, sign, found: int) -> int:
     """Take a part of a step with no root or one; return how many events have been found.
 
     `sign` is that before the root; without one that of the whole part.
@@ -112,7 +112,7 @@ def met(orbit, node: int, a: float, b: float, f, roots: int, sign: float, found:
 
 
 @helper
-def changed(orbit, node: int, a: float, b: float, f, roots: int, sign: float, found: int) -> int:
+def changed(orbit, node: int, a, b, f, roots: int, sign, found: int) -> int:
     """Take a part as `met` does, where the sign changes, or is not known at the end."""
     signs, direction = orbit.signs, orbit.direction
     if signs[0] == -sign and direction * sign >= 0.0:
@@ -182,7 +182,7 @@ def look_inside(orbit, node: int, f, b, found: int) -> int:
 
 
 @helper
-def halved(pieces, at: int, low: float, high: float, f, odd):
+def halved(pieces, at: int, low, high, f, odd):
     """Write both halves of a part, the first on top: its ends and five values each."""
     width = 2 + FIVE
     second, first = part(pieces, at * width, width), part(pieces, (at + 1) * width, width)
@@ -242,7 +242,7 @@ def search(orbit, node: int, pieces, values, found: int) -> int:
 @helper
 def find(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, inside, places, known, event, component: int, level: float, y, free, direction: int,
+    whole, begun, inside, places, known, event, component: int, level, y, free, direction: int,
     states, times, memories, before, first: int, signs, scratch, note, room: int, out,
 ) -> Steps:  # fmt: skip
     """Write the events between nodes, from node `first` on: time, direction, state.

@@ -52,7 +52,7 @@ def larger(x, moves, n: int):
 
 
 @inlined
-def finite(change: float) -> bool:
+def finite(change) -> bool:
     """Tell whether a change, the largest of all, is a number of sensible size."""
     return change < BEGINNING
 
@@ -70,7 +70,7 @@ def rounding_left(change, number):
 
 
 @inlined
-def kept_up(change: float, halfway: float) -> bool:
+def kept_up(change, halfway) -> bool:
     """Tell whether rounding has kept a change up since it was `halfway` to the last iteration.
 
     What contracts, however slowly, falls by more than the eighth in so many iterations.
@@ -79,7 +79,7 @@ def kept_up(change: float, halfway: float) -> bool:
 
 
 @inlined
-def no_contraction(iteration: int, patience: int, change: float) -> bool:
+def no_contraction(iteration: int, patience: int, change) -> bool:
     """Tell whether an iteration that has not ended so far is not worth going on with.
 
     Changes are relative to sizes that grow with what diverges: they stay near 1, or above. Where it
@@ -114,7 +114,7 @@ def solved(change, last, before, tolerance, rounding, final: bool):
 
 
 @helper
-def solved_by_newton(change, last, tolerance: float):
+def solved_by_newton(change, last, tolerance):
     """Tell, in every lane, whether Newton's method has ended.
 
     With a change less than the tolerance or than rounding, after which what is left is of the size of

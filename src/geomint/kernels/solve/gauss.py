@@ -123,7 +123,7 @@ def stage_sums(m, columns, stages, y, carry, Y, groups: int, rows: int):
 
 
 @inlined
-def increment(stages, row: int, groups: int, rows: int) -> float:
+def increment(stages, row: int, groups: int, rows: int):
     """Return ``Σ_j L_j``, the stages added pairwise from the ends."""
     front = stages[row]
     back = stages[(groups - 1) * rows + row]
@@ -177,7 +177,7 @@ inverse_scales = scales_by(magnitude)
 
 @inlined
 def gauss_step(
-    functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
+    functions, params, coefficients, substep: int, memory, work, t, h, groups: int,
     rows: int,
 ) -> Step:  # fmt: skip
     """Solve for the stages by fixed-point iteration and add the update.

@@ -45,9 +45,7 @@ TRIES = 3  # times the cap on iterations: for all of continuation together
 
 
 @inlined
-def simplified(
-    field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
-) -> Step:
+def simplified(field, jacobians, params, s, t, h, tolerance, groups: int, rows: int) -> Step:
     """Solve for L with one Jacobian."""
     cap, patience = int(s.numbers.cap[0]), int(s.numbers.patience[0])
     for i in range(groups * rows):
@@ -77,9 +75,7 @@ def simplified(
 
 
 @inlined
-def damped(
-    field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
-) -> Step:
+def damped(field, jacobians, params, s, t, h, tolerance, groups: int, rows: int) -> Step:
     """Solve for L from where it is, with the Jacobian of each stage."""
     cap = int(s.numbers.cap[0])
     kept, step = s.real, s.imaginary
@@ -120,9 +116,7 @@ def damped(
 
 
 @inlined
-def continued(
-    field, jacobians, params, s, t: float, h: float, tolerance: float, groups: int, rows: int
-) -> Step:
+def continued(field, jacobians, params, s, t, h, tolerance, groups: int, rows: int) -> Step:
     """Solve for L from 0, or from the increments of a shorter step, as long as need be."""
     most = TRIES * int(s.numbers.cap[0])
     for i in range(groups * rows):
@@ -150,7 +144,7 @@ def continued(
 
 
 @helper
-def roughness(coefficients, substep: int, s, groups: int, rows: int) -> float:
+def roughness(coefficients, substep: int, s, groups: int, rows: int):
     """Return how large what the step extrapolates to is, over the sizes of pieces."""
     columns = 8 * groups * groups
     given = sections(coefficients, gauss_coefficients(rows, groups, REST))
@@ -162,7 +156,7 @@ def roughness(coefficients, substep: int, s, groups: int, rows: int) -> float:
 
 @inlined
 def newton_step(
-    functions, params, coefficients, substep: int, memory, work, t: float, h: float, groups: int,
+    functions, params, coefficients, substep: int, memory, work, t, h, groups: int,
     rows: int,
 ) -> Step:  # fmt: skip
     """Take the step of the fixed-point iteration where it contracts, and else by Newton's method.

@@ -92,7 +92,7 @@ def lane_rows(block, rows: int):
 
 @inlined
 def lobatto_step(
-    functions, params, coefficients, substep: int, memory, work, t: float, h: float, n: int, m: int
+    functions, params, coefficients, substep: int, memory, work, t, h, n: int, m: int
 ) -> tuple[int, int, float]:
     """Solve for the stages by fixed-point iteration; inside each a Newton step for all multipliers.
 
@@ -226,7 +226,7 @@ def push_along_normals(impulses, per, L, weights, coarse: bool, lam, own: Work, 
 @helper
 def finish(
     functions, params, kept: Memory, own: Work, lanes, times, weights, final, end, n: int, m: int
-) -> float:
+):
     """Add the update of solved stages, with the multiplier of the last; where it is found, in memory.
 
     Returns what `project_momentum` does: the update is not added where that has not ended. What is

@@ -35,7 +35,7 @@ plain_scales = scales_by(plain_size)
 
 
 @helper
-def size_of_vector(s, rows: int) -> float:
+def size_of_vector(s, rows: int):
     """Return the largest value in `vector`, over the size of its piece."""
     largest = 0.0
     for i in range(s.count):
@@ -46,7 +46,7 @@ def size_of_vector(s, rows: int) -> float:
 
 
 @helper
-def size_of_change(s, groups: int, rows: int) -> float:
+def size_of_change(s, groups: int, rows: int):
     """Return the largest value in `change`, over the size of its piece."""
     worst = 0.0 * plain(s.c[0])
     for g in range(groups):
@@ -56,9 +56,7 @@ def size_of_change(s, groups: int, rows: int) -> float:
 
 
 @inlined
-def rounding(
-    field, params, s, t: float, h: float, whole: bool, groups: int, rows: int
-) -> tuple[float, float]:
+def rounding(field, params, s, t, h, whole: bool, groups: int, rows: int) -> tuple[float, float]:
     """Return what rounding makes of residuals and of changes: how these answer stages off by one.
 
     Each number of each stage is moved by another part of a rounding, of its own and of its increment's.
@@ -88,8 +86,8 @@ def rounding(
 
 @inlined
 def ended(
-    field, params, s, t: float, h: float, lack: float, change: float, last: float, before: float,
-    tolerance: float, final: bool, whole: bool, groups: int, rows: int,
+    field, params, s, t, h, lack, change, last, before,
+    tolerance, final: bool, whole: bool, groups: int, rows: int,
 ) -> bool:  # fmt: skip
     """Tell whether Newton's iteration has ended: by the one rule, but that rounding may be larger.
 
@@ -109,9 +107,7 @@ def ended(
 
 
 @inlined
-def slopes_solved(
-    field, jacobians, params, s, t: float, h: float, cap: int, groups: int, rows: int
-) -> Step:
+def slopes_solved(field, jacobians, params, s, t, h, cap: int, groups: int, rows: int) -> Step:
     """Solve for the derivatives of L, which is solved for and stays as it is.
 
     The equations are linear: corrections fall until they are rounding, however large that is.

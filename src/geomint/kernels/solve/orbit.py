@@ -41,7 +41,7 @@ Orbit = namedtuple(
 
 
 @helper
-def conditioning(orbit, node: int, other: int, own: bool) -> float:
+def conditioning(orbit, node: int, other: int, own: bool):
     """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t| at a node: roundings of an orbit change f by ε times it.
 
     The largest number is that of both ends of a step, the `other` among them; with `own`, each number's
@@ -84,7 +84,7 @@ def begin(orbit, node: int):
 
 
 @helper
-def real_value(orbit, node: int, theta: float) -> float:
+def real_value(orbit, node: int, theta):
     """Return the event's value on the orbit, θ of a step from a node; leave the state in memory."""
     memory, rows, note = orbit.memory, orbit.rows, orbit.note
     h = orbit.times[node + 1] - orbit.times[node]
@@ -110,7 +110,7 @@ def real_value(orbit, node: int, theta: float) -> float:
 
 
 @helper
-def values_inside(orbit, node: int, first: float, last: float) -> float:
+def values_inside(orbit, node: int, first, last):
     """Write the event's values along a step from what is remembered of it; return their likely error.
 
     `UNKNOWN` where that is not known. States that are not known to a part of `RESOLVED`, and values to
@@ -169,7 +169,7 @@ def write_differences(nine):
 
 
 @helper
-def interpolated(nine, theta: float) -> float:
+def interpolated(nine, theta):
     """Return the value at θ of the polynomial through values at 0, ⅛, … 1, from their differences."""
     total = nine[2 * NINE - 1]
     for k in range(NINE - 2, -1, -1):
@@ -178,13 +178,13 @@ def interpolated(nine, theta: float) -> float:
 
 
 @helper
-def guessed_value(orbit, node: int, theta: float, x: float, f) -> float:
+def guessed_value(orbit, node: int, theta, x, f):
     """Return about the event's value: from those along the step, or else on the quartic at x."""
     return interpolated(orbit.nine, theta) if orbit.note[7] == node else quartic(f, x)
 
 
 @helper
-def clear_of(orbit, node: int, a: float, b: float, end: float, sign: float) -> float:
+def clear_of(orbit, node: int, a, b, end, sign):
     """Return a part of the way from a to b where the event's sign is known to be that beside an end.
 
     At the end, 0 or 1, it is 0 to rounding: a search between there and the other sign may end there,
@@ -201,9 +201,7 @@ def clear_of(orbit, node: int, a: float, b: float, end: float, sign: float) -> f
 
 
 @helper
-def guess(
-    orbit, node: int, a: float, b: float, f, low: float, high: float, rising: bool
-) -> tuple[float, float]:
+def guess(orbit, node: int, a, b, f, low, high, rising: bool) -> tuple[float, float]:
     """Return about where the event is 0 on the way from a to b, between parts of it; the slope."""
     x = 0.5
     before, value_before, slope = 0.0, f[0], f[4] - f[0]
@@ -230,9 +228,7 @@ def guess(
 
 
 @helper
-def crossing(
-    orbit, node: int, a: float, b: float, x: float, slope: float, plain: bool, rising: bool
-) -> float:
+def crossing(orbit, node: int, a, b, x, slope, plain: bool, rising: bool):
     """Return θ where the event's sign turns to that after, which it has at b and not at a.
 
     The bracket decides, which no secant can keep from shrinking, in a few values more than bisection
@@ -264,7 +260,7 @@ def crossing(
 
 
 @helper
-def root(orbit, node: int, a: float, b: float, f, rising: bool, rounding: float) -> float:
+def root(orbit, node: int, a, b, f, rising: bool, rounding):
     """Return θ where the event is 0 between a and b, with one sign before it and the other after."""
     begin(orbit, node)
     sign = 1.0 if rising else -1.0

@@ -24,7 +24,7 @@ UNSEEN = 2.0**-56
 
 
 @helper
-def cold(coefficients, table, theta: float):
+def cold(coefficients, table, theta):
     """Do nothing: where a partial step begins with nothing."""
 
 
@@ -42,7 +42,7 @@ Drive = namedtuple(
 
 
 @inlined
-def whole_step(s, node: int, h: float):
+def whole_step(s, node: int, h):
     """Leave in the `whole` memory what a step of length h leaves, from a node on; 0 if it fails."""
     whole, at = s.whole, node * s.rows
     for r in range(len(whole)):
@@ -59,7 +59,7 @@ def whole_step(s, node: int, h: float):
 
 
 @inlined
-def one_step(s, node: int, known, h: float, theta: float) -> Step:
+def one_step(s, node: int, known, h, theta) -> Step:
     """Leave in `memory` what a step of length h from a node leaves, begun on what is `known` of it."""
     memory, rows, at = s.memory, s.rows, node * s.rows
     for r in range(rows):
@@ -78,7 +78,7 @@ def one_step(s, node: int, known, h: float, theta: float) -> Step:
 @helper
 def partial(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, span: float, states, times, nodes, lengths, count: int, out,
+    whole, begun, span, states, times, nodes, lengths, count: int, out,
 ) -> Steps:  # fmt: skip
     """Write `count` states, each by a step of its length from its node; one of length 0 is the node.
 
@@ -122,7 +122,7 @@ def partial(
 
 
 @inlined
-def first_guess(x: float, begin: float, end: float, pace: float, last: float, span: float) -> float:
+def first_guess(x, begin, end, pace, last, span):
     """Return how far from the node the clock shows x: by cubic Hermite interpolation of the inverse."""
     slope, after = (end - begin) / (pace * span), (end - begin) / (last * span)
     s = (x - begin) / (end - begin)
@@ -131,7 +131,7 @@ def first_guess(x: float, begin: float, end: float, pace: float, last: float, sp
 
 
 @inlined
-def better_guess(powers, gain: float, theta: float) -> float:
+def better_guess(powers, gain, theta):
     """Return where a polynomial without constant is `gain`, by Newton's method from near there."""
     for _ in range(5):
         value, slope = 0.0, 0.0
@@ -143,7 +143,7 @@ def better_guess(powers, gain: float, theta: float) -> float:
 
 
 @inlined
-def slope_of(powers, first: int, count: int, theta: float) -> float:
+def slope_of(powers, first: int, count: int, theta):
     """Return the derivative at θ of a polynomial without constant, whose powers begin at `first`."""
     slope = 0.0
     for k in range(count - 1, -1, -1):
@@ -152,7 +152,7 @@ def slope_of(powers, first: int, count: int, theta: float) -> float:
 
 
 @inlined
-def shift(memory, powers, theta: float, change: float, row):
+def shift(memory, powers, theta, change, row):
     """Write the state in memory, at θ of a step, moved along the step's polynomial."""
     count = len(powers) // len(row)
     for r in range(len(row)):
@@ -162,7 +162,7 @@ def shift(memory, powers, theta: float, change: float, row):
 @helper
 def to_clock(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, span: float, polynomial, powers, rate, states, times, nodes, wanted, roundings,
+    whole, begun, span, polynomial, powers, rate, states, times, nodes, wanted, roundings,
     count: int, scratch, lengths, out,
 ) -> Steps:  # fmt: skip
     """Write `count` states at times of the clock, their last row, and how long the steps to them are.

@@ -66,7 +66,7 @@ def keep(ranks, window: int, rows: int, slot: int, memory) -> int:
 
 
 @inlined
-def rank_by_own_number(ranks, done: int, steps: int, own: float):
+def rank_by_own_number(ranks, done: int, steps: int, own):
     """Rank the last of so many steps, which is the one before `done`, by a number of its `own`.
 
     Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Numbers of
@@ -79,7 +79,7 @@ def rank_by_own_number(ranks, done: int, steps: int, own: float):
 
 
 @helper
-def rank_by_differences(ranks, done: int, steps: int, own: float):
+def rank_by_differences(ranks, done: int, steps: int, own):
     """Rank the last of so many steps by differences, for all of them.
 
     It is a call of its own: loops of short steps become slower than that by what stands in them.
@@ -88,7 +88,7 @@ def rank_by_differences(ranks, done: int, steps: int, own: float):
 
 
 @inlined
-def _rank(ranks, done: int, steps: int, number: float, squared: bool):
+def _rank(ranks, done: int, steps: int, number, squared: bool):
     """Add a number to the total, once there are states enough, and keep it if it is the largest."""
     known = _parts(ranks)
     known.missing[0] -= steps
@@ -106,7 +106,7 @@ def _rank(ranks, done: int, steps: int, number: float, squared: bool):
 
 
 @inlined
-def _differences(ranks) -> float:
+def _differences(ranks):
     """Return how much the last states differ, relative to the sizes of their pieces."""
     groups, places, known = (int(ranks[1]) + 7) // 8, int(ranks[0]) + 1, _parts(ranks)
     last = places + int(known.slot[0])
@@ -126,7 +126,7 @@ def _differences(ranks) -> float:
 
 
 @helper
-def _record(ranks, number: float, done: int):
+def _record(ranks, number, done: int):
     """Keep the state where the window begins whose number is the largest."""
     window, width, known = int(ranks[0]), 8 * ((int(ranks[1]) + 7) // 8), _parts(ranks)
     slot, mark = int(known.slot[0]), int(known.records[0]) % MARKS

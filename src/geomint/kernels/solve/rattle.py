@@ -134,7 +134,7 @@ def project_momentum(gradients, params, t, own: Work, n: int, m: int):
 
 @inlined
 def rattle_step(
-    functions, params, given: Coefficients, memory, work, t: float, h: float, n: int, m: int
+    functions, params, given: Coefficients, memory, work, t, h, n: int, m: int
 ) -> tuple[int, int, float]:
     """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.26).
 

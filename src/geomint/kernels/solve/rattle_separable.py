@@ -100,7 +100,7 @@ def project_on_manifold(
 
 @inlined
 def separable_rattle_step(
-    functions, params, given: Coefficients, memory, work, t: float, h: float, n: int, m: int
+    functions, params, given: Coefficients, memory, work, t, h, n: int, m: int
 ) -> Step:
     """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.27).
 

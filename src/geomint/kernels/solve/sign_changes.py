@@ -30,7 +30,7 @@ def bernstein(f, out):
 
 
 @helper
-def verdict(f, b, tail: float, rounding: float) -> tuple[int, float]:
+def verdict(f, b, tail, rounding) -> tuple[int, float]:
     """Return how many roots there are, `NONE`, `ONE` or `UNCLEAR`, and the sign before them.
 
     The ends are values, known to `rounding`; what lies between is known to `tail`. An end that is 0 is
@@ -62,7 +62,7 @@ def verdict(f, b, tail: float, rounding: float) -> tuple[int, float]:
 
 
 @helper
-def quartic(f, x: float) -> float:
+def quartic(f, x):
     """Return the quartic through values at 0, ¼, ½, ¾, 1."""
     s = 4.0 * x
     d1, d2 = f[1] - f[0], f[2] - 2.0 * f[1] + f[0]
@@ -73,7 +73,7 @@ def quartic(f, x: float) -> float:
 
 
 @helper
-def lagrange(places, first: int, count: int, t: float, out):
+def lagrange(places, first: int, count: int, t, out):
     """Write the weights at t of the interpolation through `count` places from `first` on."""
     for j in range(count):
         weight = 1.0
@@ -116,7 +116,7 @@ def evenly(times, last: int) -> bool:
 
 
 @inlined
-def blended(values, first: int, stride: int, weights, k: int) -> float:
+def blended(values, first: int, stride: int, weights, k: int):
     """Return the sum of eight values, from `first` on, with the weights of set k."""
     total = 0.0
     for j in range(NODES):
@@ -125,7 +125,7 @@ def blended(values, first: int, stride: int, weights, k: int) -> float:
 
 
 @helper
-def look(values, weights, f) -> float:
+def look(values, weights, f):
     """Write the values within the last of seven steps; return their error, estimated."""
     size = 0.0
     for k in range(NODES):
@@ -138,7 +138,7 @@ def look(values, weights, f) -> float:
 
 
 @inlined
-def looked_at(orbit, t: float, y) -> float:
+def looked_at(orbit, t, y):
     """Return the event's value at a state: a component, or what the function gives, less the level."""
     at = orbit.component
     value = y[at] if at >= 0 else orbit.event(orbit.params, t, y, orbit.free)
@@ -146,7 +146,7 @@ def looked_at(orbit, t: float, y) -> float:
 
 
 @helper
-def look_closer(orbit, last: int, weights, f) -> float:
+def look_closer(orbit, last: int, weights, f):
     """Write the values at interpolated states: a function may do more than its values at nodes show.
 
     States that are not known to a part of `RESOLVED` say nothing: values of a bounded function may
@@ -178,7 +178,7 @@ def look_closer(orbit, last: int, weights, f) -> float:
 
 
 @inlined
-def left_out(eight: float, seven: float, six: float, five: float) -> float:
+def left_out(eight, seven, six, five):
     """Return the error of interpolation from lower orders.
 
     From several: at an extremum the odd derivatives vanish, and just there crossings would be missed.
@@ -187,7 +187,7 @@ def left_out(eight: float, seven: float, six: float, five: float) -> float:
 
 
 @inlined
-def of_quartic(f) -> float:
+def of_quartic(f):
     """Return the error of the quartic, from its fourth and third differences for the same reason."""
     fourth = f[4] - 4.0 * f[3] + 6.0 * f[2] - 4.0 * f[1] + f[0]
     third = f[4] - 2.0 * f[3] + 2.0 * f[1] - f[0]

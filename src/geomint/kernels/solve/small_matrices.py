@@ -29,7 +29,7 @@ def solve_small(m: int, matrix, right):
 
 
 @helper
-def dependence(m: int, matrix) -> float:
+def dependence(m: int, matrix):
     """Return how far constraints depend on each other, by what `solve_small` has made of G H_pp Gᵀ.
 
     The largest part of a normal that lies in those before it, of all lanes: a pivot is what is left.
@@ -51,7 +51,7 @@ def near_loss(m: int, matrix) -> bool:
 
 
 @helper
-def lost_rank(m: int, matrix, n: int, p, kick, moved: float, force, h) -> bool:
+def lost_rank(m: int, matrix, n: int, p, kick, moved, force, h) -> bool:
     """Tell whether a step has passed a state where constraints depend on each other, and not rightly.
 
     Where next to nothing is left of a normal, several motions meet, and the step has taken another one

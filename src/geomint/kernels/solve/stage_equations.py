@@ -131,7 +131,7 @@ def stages_of(coefficients, memory, work, groups: int, rows: int):
 
 
 @inlined
-def write_lack(field, params, s, t: float, h: float, groups: int, rows: int):
+def write_lack(field, params, s, t, h, groups: int, rows: int):
     """Write R into `change`, and the stages into Y."""
     stage_sums(eight_columns(s.mu, 0, 0, groups), s.mu, s.L, s.y, s.carry, s.Y, groups, rows)
     for g in range(groups):
@@ -145,7 +145,7 @@ def write_lack(field, params, s, t: float, h: float, groups: int, rows: int):
 
 
 @inlined
-def write_jacobians(jacobians, s, t: float, h: float, groups: int, rows: int):
+def write_jacobians(jacobians, s, t, h, groups: int, rows: int):
     """Write the Jacobian at each stage Y."""
     for i in range(groups * rows):
         s.values[i] = plain(s.Y[i])
@@ -168,7 +168,7 @@ def transform(columns, source, target, more: bool, groups: int, rows: int):
 
 
 @helper
-def factor_mean(s, h: float, groups: int, rows: int):
+def factor_mean(s, h, groups: int, rows: int):
     """Factor ``1 − h Λ ⊗ J``, J the mean of the Jacobians at the stages."""
     size = rows * rows
     real = as_lanes(s.numbers.eigen_real, 0, groups)
@@ -202,7 +202,7 @@ def solve_mean(s, groups: int, rows: int):
 
 
 @helper
-def factor_stages(s, h: float, groups: int, rows: int):
+def factor_stages(s, h, groups: int, rows: int):
     """Factor the derivative of R by L, with the Jacobian of each stage."""
     n = s.count * rows
     width, lanes = padded(n), 8 * groups

@@ -21,7 +21,7 @@ PRESENT, FORMER = 0.7, 0.4
 
 
 @helper
-def logarithm(x: float) -> float:
+def logarithm(x):
     """Return log x to 1e-9, for x cut to [1e-12, 1e12]."""
     x = 1e-12 if x < 1e-12 else (1e12 if x > 1e12 else x)
     power = 0.0
@@ -39,7 +39,7 @@ def logarithm(x: float) -> float:
 
 
 @helper
-def exponential(x: float) -> float:
+def exponential(x):
     """Return exp x to 1e-8, for x cut to what a factor may be."""
     x = LOG_SMALLEST if x < LOG_SMALLEST else (LOG_LARGEST if x > LOG_LARGEST else x)
     x = x / 16.0
@@ -50,7 +50,7 @@ def exponential(x: float) -> float:
 
 
 @helper
-def next_factor(order: float, error: float, former: float) -> float:
+def next_factor(order, error, former):
     """Return the factor for the step after one with this error, in units of what is allowed.
 
     `former` is the logarithm of the error before.
@@ -59,7 +59,7 @@ def next_factor(order: float, error: float, former: float) -> float:
 
 
 @helper
-def retry_factor(order: float, error: float) -> float:
+def retry_factor(order, error):
     """Return the factor for another try after an error above 1 (or NaN); less than 1."""
     if not error < 1e12:
         return FAILED
@@ -67,7 +67,7 @@ def retry_factor(order: float, error: float) -> float:
 
 
 @helper
-def error_size(rtol: float, atol: float, pieces, y, increment, error, low, estimates: int) -> float:
+def error_size(rtol, atol, pieces, y, increment, error, low, estimates: int):
     """Return the error in units of what is allowed: 1 at the tolerance; NaN if a number is NaN.
 
     What is allowed in a piece of the state is ``atol + rtol max |y_i|``, over the rows i of the piece

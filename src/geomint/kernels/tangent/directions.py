@@ -43,7 +43,7 @@ def gather(s: Sizes, plain):
 
 @helper
 def carry(
-    method, t0: float, h: float, before: int, steps: int, s: Sizes, kept: Kept, numbers, plain,
+    method, t0, h, before: int, steps: int, s: Sizes, kept: Kept, numbers, plain,
     scratch, D,
 ) -> Steps:  # fmt: skip
     """Write what some steps add to each direction; return what the stepper returns.
@@ -82,7 +82,7 @@ def carry(
 
 
 @inlined
-def write_scaled(basis, at: int, scale: float, count: int, plain, to: int):
+def write_scaled(basis, at: int, scale, count: int, plain, to: int):
     """Write directions of a row in units of the state; eight at once if there are as many."""
     if count == EIGHT:
         as_lanes(plain, to, 1)[0] = scale * as_lanes(basis, at, 1)[0]
@@ -92,7 +92,7 @@ def write_scaled(basis, at: int, scale: float, count: int, plain, to: int):
 
 
 @inlined
-def write_added(basis, at: int, scale: float, count: int, plain, new: int, rest: int, D):
+def write_added(basis, at: int, scale, count: int, plain, new: int, rest: int, D):
     """Write what a step has added to directions of a row: state and carry, less what was there."""
     by = 1.0 / scale
     if count == EIGHT:
@@ -104,7 +104,7 @@ def write_added(basis, at: int, scale: float, count: int, plain, new: int, rest:
 
 
 @helper
-def add_tables(x, factor: float, y, out):
+def add_tables(x, factor, y, out):
     """Write ``x + factor y``."""
     rows, others = as_lanes(x, 0, len(x) // 8), as_lanes(y, 0, len(x) // 8)
     sums = as_lanes(out, 0, len(x) // 8)
@@ -113,7 +113,7 @@ def add_tables(x, factor: float, y, out):
 
 
 @helper
-def squares(x) -> float:
+def squares(x):
     """Return the sum of the squares of a table."""
     rows = as_lanes(x, 0, len(x) // 8)
     even, odd = 0.0 * rows[0], 0.0 * rows[0]
@@ -136,7 +136,7 @@ def project(s: Sizes, kept: Kept, work: Work):
 
 
 @helper
-def stretched(s: Sizes, kept: Kept, work: Work) -> float:
+def stretched(s: Sizes, kept: Kept, work: Work):
     """Write ``S = XᵀX − 1`` of X = Q + D, as ``QᵀQ − 1 + MᵀD + DᵀM`` with M = Q + ½ D.
 
     Returns ``½ log det QᵀQ``: what rounding has left of the last step there, which is in S too.
@@ -175,7 +175,7 @@ def log_stretch(s: Sizes, kept: Kept, work: Work) -> tuple[float, float]:
 
 @helper
 def settle(
-    layout, manifold, params, t: float, ahead, s: Sizes, kept: Kept, work: Work, numbers, plain
+    layout, manifold, params, t, ahead, s: Sizes, kept: Kept, work: Work, numbers, plain
 ) -> bool:
     """Take units that fit the next state, and orthonormal directions in them; tell if they are others.
 

@@ -37,7 +37,7 @@ SYSTEMATIC, OFF = EPSILON / 2.0, EPSILON / 128.0
 
 
 @helper
-def log_density_at(density, manifold, params, t: float, y, s, kept, work, numbers, plain) -> float:
+def log_density_at(density, manifold, params, t, y, s, kept, work, numbers, plain):
     """Write the normals at y; return ``log μ − ½ log det(C Cᵀ)``."""
     volume = write_normals(manifold, params, t, y, s, kept, work, numbers, plain)
     return density(params, t, part(y, 0, s.n), work.scratch) - volume

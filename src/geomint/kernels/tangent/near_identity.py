@@ -10,7 +10,7 @@ SMALL = 0.5  # the norm of S: below that the ones are kept apart
 
 
 @helper
-def log_one_plus(x: float) -> float:
+def log_one_plus(x):
     """Return ``log|1 + x|`` to full relative accuracy for small x (Kahan's quotient)."""
     u = 1.0 + x
     return x if u == 1.0 else log(abs(u)) * (x / (u - 1.0)) if abs(x) < 0.5 else log(abs(u))
@@ -28,7 +28,7 @@ def small(d: int, S) -> bool:
 
 
 @helper
-def log_volume(d: int, S, lower, upper) -> float:
+def log_volume(d: int, S, lower, upper):
     """Return ``½ log det(1 + S)``, and write the inverse of the upper factor.
 
     S is symmetric, and overwritten. ``RᵀR = 1 + S``: the columns of ``X R⁻¹`` are orthonormal if

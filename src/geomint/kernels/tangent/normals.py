@@ -42,7 +42,7 @@ def enlarge_scales(layout, y, kept: Kept, width: int) -> bool:
 
 
 @helper
-def write_gradients(manifold, params, t: float, y, s: Sizes, kept: Kept, C, numbers, plain):
+def write_gradients(manifold, params, t, y, s: Sizes, kept: Kept, C, numbers, plain):
     """Write the gradients of the conditions, a column each, in units of pieces and conditions."""
     state, values = part(numbers, 0, s.n), part(numbers, s.n, s.m)
     scratch = part(numbers, s.n + s.m, s.scratch)
@@ -61,9 +61,7 @@ def write_gradients(manifold, params, t: float, y, s: Sizes, kept: Kept, C, numb
 
 
 @helper
-def write_normals(
-    manifold, params, t: float, y, s: Sizes, kept: Kept, work: Work, numbers, plain
-) -> float:
+def write_normals(manifold, params, t, y, s: Sizes, kept: Kept, work: Work, numbers, plain):
     """Write unit normals at y, a column each; return ``½ log det(C Cᵀ)`` with C = Dc.
 
     C is in units of the pieces and of the conditions; these are the gradients where a run begins. By
