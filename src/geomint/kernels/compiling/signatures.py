@@ -170,7 +170,7 @@ def of_header(recorded, **others: Kind) -> Signature:
     names = code.co_varnames[: code.co_argcount]
     kinds = {name: _WRITTEN.get(written.get(name), BLOCK) for name in names}
     assert others.keys() <= kinds.keys()
-    result = None if written["return"] is type(None) else counted
+    result = counted if "return" in written else None
     return Signature(tuple({**kinds, **others}.items()), result)
 
 

@@ -36,7 +36,7 @@ def back_along(
     rows: int,
     conditions: int,
     count: int,
-    on,
+    on: float,
     ahead,
     ways,
     work,

@@ -242,7 +242,7 @@ def search(orbit, node: int, pieces, values, found: int) -> int:
 @helper
 def find(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, inside, places, known, event, component: int, level, y, free, direction: int,
+    whole, begun, inside, places, known, event, component: int, level: float, y, free, direction: int,
     states, times, memories, before, first: int, signs, scratch, note, room: int, out,
 ) -> Steps:  # fmt: skip
     """Write the events between nodes, from node `first` on: time, direction, state.

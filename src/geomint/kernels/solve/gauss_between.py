@@ -30,7 +30,7 @@ def gauss_between(groups: int) -> Recorded:
     """Return ``between(coefficients, table, theta)``, which makes the predictor M(θ)."""
 
     @helper
-    def between(coefficients, table, theta):
+    def between(coefficients, table, theta: float):
         columns = 8 * groups * groups
         rows = int(top(section(coefficients, gauss_coefficients(0, groups, REST), "rows")[0]))
         numbers = gauss_coefficients(rows, groups, REST)

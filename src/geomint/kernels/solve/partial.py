@@ -24,7 +24,7 @@ UNSEEN = 2.0**-56
 
 
 @helper
-def cold(coefficients, table, theta):
+def cold(coefficients, table, theta: float):
     """Do nothing: where a partial step begins with nothing."""
 
 
@@ -78,7 +78,7 @@ def one_step(s, node: int, known, h, theta) -> Step:
 @helper
 def partial(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, span, states, times, nodes, lengths, count: int, out,
+    whole, begun, span: float, states, times, nodes, lengths, count: int, out,
 ) -> Steps:  # fmt: skip
     """Write `count` states, each by a step of its length from its node; one of length 0 is the node.
 
@@ -162,7 +162,7 @@ def shift(memory, powers, theta, change, row):
 @helper
 def to_clock(
     advance, functions, params, coefficients, fractions, memory, work, rows: int, write, table,
-    whole, begun, span, polynomial, powers, rate, states, times, nodes, wanted, roundings,
+    whole, begun, span: float, polynomial, powers, rate, states, times, nodes, wanted, roundings,
     count: int, scratch, lengths, out,
 ) -> Steps:  # fmt: skip
     """Write `count` states at times of the clock, their last row, and how long the steps to them are.

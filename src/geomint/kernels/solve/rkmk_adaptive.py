@@ -29,8 +29,8 @@ def adaptive_rkmk_stepper(
         first,
         known: int,
         work,
-        t,
-        h,
+        t: float,
+        h: float,
     ) -> tuple[int, float]:
         """Write the increment of the state, its errors and ξ_s, see `geomint.kernels.solve.adaptive`.
 

@@ -11,7 +11,7 @@ from .status import OK, Steps
 
 
 @helper
-def parting(coarse, fine, rows: int, count: int, factor, y0, ends, sizes, errors):
+def parting(coarse, fine, rows: int, count: int, factor: float, y0, ends, sizes, errors):
     """Write for each of `count` states the largest deviation, relative to the size of its piece.
 
     States have `rows` numbers, the first of which are those of y0. Deviations are differences over
@@ -45,8 +45,8 @@ def parting(coarse, fine, rows: int, count: int, factor, y0, ends, sizes, errors
 
 @helper
 def trial(
-    advance, functions, params, coefficients, fractions, memory, work, rows: int, t,
-    h, shorter, coarse: int, fine: int, out, count: int, factor, y0, ends,
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, t: float,
+    h: float, shorter: float, coarse: int, fine: int, out, count: int, factor: float, y0, ends,
     sizes, errors,
 ) -> Steps:  # fmt: skip
     """Write `count` states of a run by steps `h`, and of one by `shorter` ones, and how they part.

@@ -43,7 +43,7 @@ def gather(s: Sizes, plain):
 
 @helper
 def carry(
-    method, t0, h, before: int, steps: int, s: Sizes, kept: Kept, numbers, plain,
+    method, t0: float, h: float, before: int, steps: int, s: Sizes, kept: Kept, numbers, plain,
     scratch, D,
 ) -> Steps:  # fmt: skip
     """Write what some steps add to each direction; return what the stepper returns.
@@ -175,7 +175,7 @@ def log_stretch(s: Sizes, kept: Kept, work: Work) -> tuple[float, float]:
 
 @helper
 def settle(
-    layout, manifold, params, t, ahead, s: Sizes, kept: Kept, work: Work, numbers, plain
+    layout, manifold, params, t: float, ahead, s: Sizes, kept: Kept, work: Work, numbers, plain
 ) -> bool:
     """Take units that fit the next state, and orthonormal directions in them; tell if they are others.
 

@@ -23,7 +23,7 @@ from .signature import sweep
 @helper
 def growth(
     kernel, functions, manifold, params, coefficients, fractions, layout, memory, work, numbers,
-    plain, scratch, conditions, conditions_plain, t0, h, first: int, times: int,
+    plain, scratch, conditions, conditions_plain, t0: float, h: float, first: int, times: int,
     steps: int, sums, carries, second,
 ) -> Steps:  # fmt: skip
     """Add to `sums` the logarithms by which directions grow, with `carries` of the sums.

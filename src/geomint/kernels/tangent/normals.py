@@ -61,7 +61,9 @@ def write_gradients(manifold, params, t, y, s: Sizes, kept: Kept, C, numbers, pl
 
 
 @helper
-def write_normals(manifold, params, t, y, s: Sizes, kept: Kept, work: Work, numbers, plain):
+def write_normals(
+    manifold, params, t: float, y, s: Sizes, kept: Kept, work: Work, numbers, plain
+) -> float:
     """Write unit normals at y, a column each; return ``½ log det(C Cᵀ)`` with C = Dc.
 
     C is in units of the pieces and of the conditions; these are the gradients where a run begins. By

@@ -24,7 +24,7 @@ from .signature import sweep
 
 
 @helper
-def write_column(s: Sizes, kept: Kept, A, factor, B, column: int, out):
+def write_column(s: Sizes, kept: Kept, A, factor: float, B, column: int, out):
     """Write a column of ``A + factor B``, in the numbers of the state."""
     width = lanes_for(s.d)
     for r in range(s.n):
@@ -33,7 +33,9 @@ def write_column(s: Sizes, kept: Kept, A, factor, B, column: int, out):
 
 
 @helper
-def form_defect(form, constant: int, params, t, h, y, state, s: Sizes, kept: Kept, work: Work):
+def form_defect(
+    form, constant: int, params, t: float, h: float, y, state, s: Sizes, kept: Kept, work: Work
+) -> float:
     """Return ‖E‖ over ‖ω‖ of a step from y to `state`; NaN if the form is 0."""
     before, after = part(y, 0, s.n), part(state, 0, s.n)
     X, D, u, v = work.X, work.D, work.u, work.v
