@@ -164,7 +164,8 @@ _WRITTEN: dict[Any, Kind] = {int: WHOLE, float: REAL}
 def of_header(recorded, **others: Kind) -> Signature:
     """Return the signature that a kernel's header says: whole numbers, float64 ones, and else blocks.
 
-    Arguments of other kinds are given by name. It returns nothing, or what a stepper returns.
+    Arguments of other kinds are given by name. Without a type of what it returns, that is nothing,
+    else what a stepper returns.
     """
     code, written = recorded.function.__code__, get_type_hints(recorded.function)
     names = code.co_varnames[: code.co_argcount]

@@ -20,7 +20,7 @@ def sampler() -> Bound:
     def sample(
         values, functions: int, params, times, states, stride: int, rows: int, count: int, work,
         out, width: int,
-    ) -> None:  # fmt: skip
+    ):  # fmt: skip
         """Write `width` numbers of each function for `count` states, `stride` rows apart."""
         for k in range(functions):
             f = function_at(values, k, kind)

@@ -28,7 +28,7 @@ def jacobians_of(field: Recorded) -> Recorded:
     `out` gets ∂f_i/∂y_j in row ``i n + j``, where `y` has n rows.
     """
 
-    def jacobians(params, t, y, out, work) -> None:
+    def jacobians(params, t, y, out, work):
         n, each = len(y), 1 + DIRECTIONS
         numbers = as_tangents(work, DIRECTIONS)
         own, found = part(numbers, 0, n), part(numbers, n, n)
