@@ -148,7 +148,7 @@ def test_ctrl_c_ends_what_threads_of_an_executor_have_begun(monkeypatch) -> None
         if threading.current_thread() is threading.main_thread():
             raise KeyboardInterrupt
 
-    asked = {**ASKED, "t_end": 200_000.0, "progress": False}
+    asked = {**ASKED, "t_end": 2e7, "progress": False}
     gi.solve_ensemble(HENON, STATES[:8], **ASKED)  # compiled
     monkeypatch.setattr("geomint.run.progress.Progress.update", update)
     with ThreadPoolExecutor(1) as pool:
