@@ -9,12 +9,11 @@ import pytest
 
 from geomint import DomainError
 from geomint.watch.drift import (
-    CLASSES,
     ROUNDOFF,
     not_finite,
     walk_level,
 )
-from geomint.watch.growth import RULE
+from geomint.watch.growth import CLASSES, RULE
 from tests.series import drift_of_series
 
 SAMPLES = 20_000
