@@ -1,5 +1,7 @@
 """The command group: lazy commands, and errors as one message and an exit code."""
 
+from __future__ import annotations
+
 import contextlib
 import functools
 import importlib
