@@ -16,9 +16,8 @@ from .status import EVENT_NOT_FINITE, OK
 
 NEAREST = 2.0**-48  # of a step: roots are met to this
 ROUGH = 2.0**-40  # of a step: no slope is taken from values nearer to each other
-PLAIN = (
-    2.0**-10
-)  # of the values beside a root, over its part: where the slope is less, it may be multiple
+# A root with a smaller slope, in parts of the values beside it over their distance, may be multiple.
+PLAIN = 2.0**-10
 MOST, FREE = 64, 16.0  # values at a root; how much wider than by bisection alone a bracket may be
 GUESSED = 2.0**-30  # of a part: to this the first guess at a root is found
 MOST_HALVED = 30  # halvings towards an end of a part

@@ -30,9 +30,8 @@ NARROWEST = 2.0**-22  # of a piece
 ROUGH = 2.0**-20  # of the function's size: where narrow parts are larger, it jumps
 TOGETHER = 8  # pieces that are halved at once
 LARGEST = 1e308
-PLAIN = (
-    2.0**-10
-)  # of the values beside a root, over its bracket: a smaller slope may be of a multiple one
+# A root with a smaller slope, in parts of the values beside it over their distance, may be multiple.
+PLAIN = 2.0**-10
 MOST = 100  # values at a root
 
 
