@@ -74,8 +74,8 @@ def find_solver(name: str | Method | None, problem: Any = None) -> Method:
     fields, and where no problem is given.
     """
     if name is None:
-        form = problem.forms[0] if isinstance(problem, Problem) else "field"
-        name = FITTING[form].split(",")[0]
+        other = isinstance(problem, Problem) and problem.field is None
+        name = FITTING[problem.forms[0]].split(",")[0] if other else DEFAULT
     return _EXACT if _is_exact(name) else find_method(name)
 
 

@@ -321,8 +321,7 @@ class Stepper:
         Sums of times and lengths may round to more than the end, where functions of time may have no
         value. A state knows nothing of it, and no step of a Gauss method has a stage there.
         """
-        near = end is not None and abs(t0 + steps * h - end) < 1e-9 * abs(h)
-        if not near or end is None or self.between is not None:
+        if end is None or self.between is not None or abs(t0 + steps * h - end) >= 1e-9 * abs(h):
             return t0
         lengths, starts = self.fractions.data.reshape(2, -1)
         rounding = math.copysign(math.ulp(max(abs(t0), abs(end))), h)

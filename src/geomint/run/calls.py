@@ -1,6 +1,5 @@
 """What `geomint.solve` does not take, and what to write instead: for users of other solvers."""
 
-import contextlib
 import functools
 import inspect
 from collections.abc import Callable, Mapping
@@ -57,12 +56,15 @@ def still(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def asked(*args: P.args, **options: P.kwargs) -> R:
-        with contextlib.ExitStack() as stack:
-            if options.get("progress") is False:
-                from ..kernels.compiling.compile import listen  # imports numba
-
-                stack.callback(listen(lambda name, seconds: None))
+        if options.get("progress") is not False:
             return function(*args, **options)
+        from ..kernels.compiling.compile import listen  # imports numba
+
+        end = listen(lambda name, seconds: None)
+        try:
+            return function(*args, **options)
+        finally:
+            end()
 
     return asked
 
