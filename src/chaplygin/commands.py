@@ -8,28 +8,21 @@ from pathlib import Path
 import click
 
 import geomint as gi
+from geomint.cli.options import list_option
 
+Numbers = list[float] | None
 SOURCES = Path(__file__).parents[2]  # of a checkout, where this package is used from one
 
 
-def _numbers(name: str, text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise gi.DomainError(name, text, "numbers with commas between") from None
-
-
 @click.command("inertia")
-@click.option(
-    "--moments", metavar="I1,I2,I3", help="Principal moments of inertia of a ball, n = 3."
-)
-@click.option("--a", metavar="A1,A2,…", help="Parameters of the special inertia operator, any n.")
+@list_option("--moments", of=float, metavar="I1,I2,I3", help="Principal moments of a ball, n = 3.")
+@list_option("--a", of=float, metavar="A1,A2,…", help="Of the special inertia operator, any n.")
 @click.option("--d", "D", type=float, help="D = m ρ².")
 @click.option("--m", type=float, help="Mass.")
 @click.option("--rho", type=float, help="Radius.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def inertia(
-    moments: str | None, a: str | None, D: float | None, m: float | None, rho: float | None
+    moments: Numbers, a: Numbers, D: float | None, m: float | None, rho: float | None
 ) -> None:
     """Turn principal moments (n = 3) into the paper's a, or a into the operator's entries.
 
@@ -47,15 +40,14 @@ def inertia(
     elif m is not None or rho is not None:
         raise gi.DomainError("--d", D, "D alone, or --m and --rho alone")
     if moments is not None:
-        given = _numbers("--moments", moments)
-        special = SpecialInertia.from_moments(given, D)
+        special = SpecialInertia.from_moments(moments, D)
         with warnings.catch_warnings(record=True) as notes:
             warnings.simplefilter("always")
-            warn_of_moments(given)
+            warn_of_moments(moments)
         for note in notes:
             click.echo(f"note: {note.message}", err=True)
     else:
-        special = SpecialInertia(_numbers("--a", a or ""), D)
+        special = SpecialInertia(a, D)
     click.echo(f"n = {special.n}")
     click.echo(f"D = {D:.17g}")
     click.echo("a = [" + ", ".join(f"{x:.17g}" for x in special.a) + "]")

@@ -8,7 +8,7 @@ import click
 
 import geomint as gi
 from geomint.arguments import file_path
-from geomint.cli.options import paper_option, print_line, reproducing_command, say_report
+from geomint.cli import options
 
 ENDINGS = (".gif", ".html", ".mp4")
 FRAMES = 200
@@ -19,13 +19,13 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 
 @click.command("exact")
 @click.argument("scene")
-@click.option("--at", metavar="T,T,…", help="Physical times at which to print the state.")
+@options.list_option("--at", "times", of=float, metavar="T,T,…", help="Physical times of states.")
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for exact.html, exact.csv, exact.json, exact.png and exact.svg.",
 )
-@paper_option
+@options.paper_option
 @click.option(
     "--animate",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -40,7 +40,7 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def exact(
     scene: str,
-    at: str | None,
+    times: list[float] | None,
     out: Path | None,
     paper: bool,
     animate: Path | None,
@@ -51,25 +51,27 @@ def exact(
     For the Chaplygin sphere with zero momentum, the rubber ball, the ball in R³ with any momentum, and
     Veselova's problem. Times at which the phase means nothing any more are refused.
     """
-    times = [] if at is None else _times(at)
+    times = times or []
+    if not all(map(math.isfinite, times)):
+        raise gi.DomainError("--at", times, "finite numbers with commas between")
     if animate is not None:
         file_path("--animate", animate, ENDINGS)
     if animate is None and frames is not None:
         raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
     if paper and out is None:
         raise gi.DomainError("--paper", paper, "--out, the folder of what is for a paper")
+    chosen = gi.load_scene(scene)
     if out is not None:
         from .page import EXACT_FILES, write_exact_report
 
         gi.check_folder(out, EXACT_FILES)
     if animate is not None:
         gi.check_file(animate)
-    chosen = gi.load_scene(scene)
     model = chosen.model
     name, motion = _motion(model)
     given = chosen.sections["system"].items()
     keys = ", ".join(f"{key} = {value}" for key, value in given if key != "name")
-    print_line(f"{chosen.title} ({chosen.name}: {keys})")
+    options.print_line(f"{chosen.title} ({chosen.name}: {keys})")
     _print_motion(name, motion)
     for t in times:
         click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
@@ -78,24 +80,14 @@ def exact(
         raise gi.DomainError("--out", str(out), "a motion that separates: this is a steady turn")
     if out is not None:
         page = write_exact_report(
-            chosen, name, motion, path, times, out, reproducing_command(), paper
+            chosen, name, motion, path, times, out, options.reproducing_command(), paper
         )
-        say_report("report", page, paper)
+        options.say_report("report", page, paper)
     if animate is not None:
         if path is None:
             raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
         _animate(model, path, animate, FRAMES if frames is None else frames)
-        print_line(f"animation: {animate}")
-
-
-def _times(text: str) -> list[float]:
-    try:
-        times = [float(part) for part in text.split(",")]
-    except ValueError:
-        times = [math.nan]
-    if not all(math.isfinite(t) for t in times):
-        raise gi.DomainError("--at", text, "finite numbers with commas between")
-    return times
+        options.print_line(f"animation: {animate}")
 
 
 def _motion(model: gi.Model) -> tuple[str, Any]:

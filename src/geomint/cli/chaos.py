@@ -24,7 +24,7 @@ def command(
 
     The end is that of the scene's drift report, unless another one is given.
     """
-    from ..errors import StepError, printable
+    from ..errors import StepError
     from ..plan import plan_chaos
     from ..report import CHAOS_FILES
     from ..run.exponents import Lyapunov
@@ -48,6 +48,6 @@ def command(
     page = write_chaos_report(plan, found, out, options.reproducing_command(), paper)
     if not quiet:
         for line in chaos_lines(chosen.title, chaos_record(plan, found, None)):
-            click.echo(printable(line))
+            options.print_line(line)
         options.say_report(f"report{options.partly(found.status)}", page, paper)
     return options.exit_code(found.status)

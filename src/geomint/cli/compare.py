@@ -13,7 +13,7 @@ from . import options
 @click.command("compare")
 @click.argument("scene")
 @options.list_option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
-@click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
+@options.list_option("--steps", of=float, help="Steps; default: a ladder for each method.")
 @click.option(
     "--repeats",
     type=click.IntRange(min=1),
@@ -41,7 +41,7 @@ from . import options
 def command(
     scene: str,
     methods: list[str] | None,
-    steps: str | None,
+    steps: list[float] | None,
     repeats: int | None,
     reference: Literal["auto", "extended", "exact"] | None,
     peers: bool,
@@ -56,6 +56,7 @@ def command(
 
     The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
+    from ..arguments import positive
     from ..compare.of_scene import compare_scene, comparison_time, warming
     from ..compare.peers import PEERS
     from ..kernels.compiling.beside import compiled_beside
@@ -69,7 +70,7 @@ def command(
         chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare
     names = section.methods or [chosen.method.name] if methods is None else methods
-    given = section.steps if steps is None else _numbers(steps)
+    given = section.steps if steps is None else [positive("--steps", step) for step in steps]
     repeats = repeats or section.repeats
     reference = reference or section.reference or "auto"
     options.print_notes(chosen)
@@ -110,13 +111,3 @@ def _status_line(show: bool) -> Iterator[Callable[[str], None]]:
 
     with Console(stderr=True).status("comparing") as status:
         yield lambda text: status.update(f"comparing: {text}")
-
-
-def _numbers(text: str) -> list[float]:
-    from ..arguments import positive
-    from ..errors import DomainError
-
-    try:
-        return [positive("--steps", float(part)) for part in text.split(",") if part.strip()]
-    except ValueError:
-        raise DomainError("--steps", text, "positive numbers with commas between") from None

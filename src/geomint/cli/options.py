@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import Gathered, printable
+from ..errors import DomainError, Gathered, printable
 
 if TYPE_CHECKING:
     from ..plan import Estimate, MethodRun
@@ -55,11 +55,18 @@ PATIENCE = 1.0  # seconds
 EXIT_CODES = {"success": 0, "closed": 1, "forbidden": 1, "failed": 2, "interrupted": 130}
 
 
-def list_option(*names: str, **given: Any) -> Callable[..., Any]:
+def list_option(
+    *names: str, of: Callable[[str], Any] = str.strip, **given: Any
+) -> Callable[..., Any]:
     """Return an option whose value is a list with commas between."""
 
     def parts(context: click.Context, option: click.Parameter, text: str | None) -> Any:
-        return None if text is None else [part.strip() for part in text.split(",") if part.strip()]
+        if text is None:
+            return None
+        try:
+            return [of(part) for part in text.split(",") if part.strip()]
+        except ValueError:
+            raise DomainError(names[0], text, "numbers with commas between") from None
 
     return click.option(*names, callback=parts, **given)
 
@@ -165,12 +172,10 @@ def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
     from ..errors import SceneError
     from ..scene.load import load_changed
 
-    t_end, tau_end = changes.get("t_end"), changes.get("tau_end")
-    step, tolerance = changes.get("step"), changes.get("tolerance")
-    if step is not None and tolerance is not None:
-        raise SceneError(f"--step {step:g} and --tolerance {tolerance:g}: expected one of them")
-    if t_end is not None and tau_end is not None:
-        raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
+    for keys in (("step", "tolerance"), ("t_end", "tau_end")):
+        given = [f"{_option(key)} {changes[key]:g}" for key in keys if changes.get(key) is not None]
+        if len(given) == 2:
+            raise SceneError(f"{' and '.join(given)}: expected one of them")
     with Gathered(quiet=True), patience("building the scene"):  # its notes are printed instead
         return load_changed(scene, drift, _option, **changes)
 

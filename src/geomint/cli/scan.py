@@ -54,7 +54,6 @@ def command(
 
     The end is the scene's own, unless another one is given.
     """
-    from ..errors import printable
     from ..plan import plan_scan
     from ..report import SCAN_FILES
     from ..run.files.outputs import check_folder
@@ -77,6 +76,6 @@ def command(
     status = scan_status(many)
     if not quiet:
         for line in scan_lines(scan_record(plan, many, None)):
-            click.echo(printable(line))
+            options.print_line(line)
         options.say_report(f"report{options.partly(status)}", page, paper)
     return options.exit_code(status)
