@@ -53,9 +53,9 @@ __all__ = [
     "UnknownReferenceError",
     "WatcherError",
     "closest",
-    "leave_out",
     "loaded",
     "nearest",
+    "offered",
     "printable",
     "raised",
 ]
@@ -256,7 +256,11 @@ def tell(warning: GeomintWarning) -> None:
         told.append(warning)
         if told.quiet:
             return
-    frame, level = sys._getframe(1), 2
+    _show(warning)
+
+
+def _show(warning: GeomintWarning) -> None:
+    frame, level = sys._getframe(2), 3
     while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
         frame, level = frame.f_back, level + 1
     warnings.warn(warning, stacklevel=level)
@@ -271,6 +275,67 @@ def _packages() -> set[str]:
     return {"geomint", *(p.value.partition(":")[0].partition(".")[0] for p in systems)}
 
 
+def offered(
+    group: str,
+    own: Iterable[str] = (),
+    parts: Callable[[EntryPoint], Mapping[str, Any]] = lambda point: {point.name: point},
+    expected: str = "",
+) -> dict[str, Any]:
+    """Return what the entry points of a group stand for, by names; of one name the first.
+
+    geomint's own come first, then those of other packages in alphabetical order. What is broken, or
+    has a name that is taken, is left out, which is told.
+
+    Parameters
+    ----------
+    group : str
+    own : iterable of str
+        Names that geomint has otherwise.
+    parts : callable
+        Returns what one entry point stands for, by names. Default: itself; nothing is imported.
+    expected : str
+        What that must be.
+    """
+    from importlib.metadata import entry_points
+
+    name_of = functools.cache(_name_of)  # of what is in a file
+
+    def rank(point: EntryPoint) -> tuple[bool, str, str]:
+        package = name_of(point.dist)
+        return package != "geomint", package, point.name
+
+    found: dict[str, Any] = {}
+    owners = dict.fromkeys(own, "geomint")
+    for point in sorted(entry_points(group=group), key=rank):
+        package = name_of(point.dist)
+        where = f"entry point {point.name!r} of the group {group} is left out"
+        try:
+            new = parts(point)
+        except (Exception, SystemExit) as error:  # a package that is broken, or was removed
+            why = f"{where}: expected {expected}; {raised(error)}"
+            _leave_out(f"package {package!r}: {why}", point.name)
+            continue
+        for name in new:
+            if name in owners:
+                why = f"{owners[name]!r} has that name; expected another one"
+                _leave_out(f"package {package!r}: {name!r} of {where}: {why}", name)
+            else:
+                found[name], owners[name] = new[name], package
+    return found
+
+
+def _name_of(dist: Any) -> str:
+    try:
+        return str(dist.name)
+    except Exception:  # whatever its files lack
+        return "?"
+
+
+@functools.cache  # what is installed is told once, and kept by no run
+def _leave_out(said: str, name: str) -> None:
+    _show(LeftOutWarning(said, name))
+
+
 def loaded(point: EntryPoint) -> Any:
     """Return what an entry point stands for; `MissingCodeError`, whatever its package raises."""
     try:
@@ -281,12 +346,6 @@ def loaded(point: EntryPoint) -> Any:
         what = f"entry point {point.name!r} of the group {point.group}"
         why = f"{point.value!r} cannot be loaded: {raised(error)}"
         raise MissingCodeError(what, why) from error
-
-
-def leave_out(point: EntryPoint, expected: str, error: BaseException) -> None:
-    """Warn that nothing is taken from an entry point."""
-    said = f"entry point {point.name!r} of the group {point.group} is left out: expected {expected}"
-    tell(LeftOutWarning(f"{said}; {raised(error)}", point.name))
 
 
 def keeping(function: Callable[P, R]) -> Callable[P, R]:
@@ -482,6 +541,8 @@ class StepError(GeomintError, ArithmeticError):
     """
 
     reason = "the step failed"
+    step, residual, iterations = 0, 0.0, 0
+    partial: Any = None
 
     def __init__(
         self, t: float, step: int, residual: float, iterations: int, hint: str = ""
@@ -491,7 +552,6 @@ class StepError(GeomintError, ArithmeticError):
             f"{iterations} iterations){': ' + hint if hint else ''}"
         )
         self.t, self.step, self.residual, self.iterations = t, step, residual, iterations
-        self.partial: Any = None
 
 
 class EnsembleError(GeomintError, RuntimeError):
@@ -503,9 +563,10 @@ class EnsembleError(GeomintError, RuntimeError):
         With the members that are done.
     """
 
+    partial: Any = None
+
     def __init__(self, what: str) -> None:
         super().__init__(what)
-        self.partial: Any = None
 
 
 class WatcherError(StepError):
@@ -519,8 +580,7 @@ class WatcherError(StepError):
 
     def __init__(self, name: str, t: float, what: str) -> None:
         GeomintError.__init__(self, f"the watcher of {name!r} failed after t = {t:.9g}: {what}")
-        self.name, self.t, self.step, self.residual, self.iterations = name, t, 0, 0.0, 0
-        self.partial = None
+        self.name, self.t = name, t
 
 
 class EventError(StepError):
@@ -536,8 +596,6 @@ class EventError(StepError):
         of_step = "" if step is None else f" (step {step})"  # None: there are none
         GeomintError.__init__(self, f"event {name!r} {what}: at t = {t:.9g}{of_step}")
         self.name, self.t, self.step, self.residual = name, t, step or 0, residual
-        self.iterations = 0
-        self.partial = None
 
 
 class ConvergenceError(StepError):

@@ -1,9 +1,13 @@
 """The commands: what they print, write and return."""
 
+import importlib.metadata
 import json
+import os
+import subprocess
+import sys
+import warnings
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from types import SimpleNamespace
 
 import click
 import numpy as np
@@ -13,12 +17,30 @@ from pydantic import BaseModel, ConfigDict, field_validator
 
 import geomint as gi
 from chaplygin import scenes
-from geomint.cli import group as group_module, main
+from geomint.cli import main
 from geomint.methods import methods
-from geomint.watch.registry import plugged
+from geomint.problems.systems import find_system, system_names
+from geomint.watch.registry import plugged, registered
 
 # What is in pictures: tests/report.
 pytestmark = pytest.mark.usefixtures("blank_pictures")
+
+
+def offer(monkeypatch, group, name, thing):
+    """Let this be all that packages offer geomint."""
+    others = importlib.metadata.entry_points
+
+    class Point(EntryPoint):
+        def load(self):
+            return thing
+
+    def entry_points(**given):
+        if "geomint" not in given.get("group", ""):
+            return others(**given)
+        return [Point(name, "other.package:THING", group)] if given["group"] == group else []
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+
 
 REPORT = {"report.html", "drift.json", "drift.png", "drift.svg"}
 
@@ -250,14 +272,207 @@ def test_commands_of_other_packages(monkeypatch):
     def hello():
         click.echo("hello")
 
-    class Point(EntryPoint):
-        def load(self):
-            return hello
-
-    points = [Point("hello", "other.package:hello", "geomint.commands")]
-    monkeypatch.setattr(group_module, "entry_points", lambda group: points)
+    offer(monkeypatch, "geomint.commands", "hello", hello)
     assert "hello" in invoke("--help").stdout
     assert invoke("hello").stdout == "hello\n"
+
+
+GROUPS = ("systems", "scenes", "methods", "commands", "watchers", "stress")
+
+
+def install(folder, name, entries, words="Metadata-Version: 2.1\nName: {}\nVersion: 1.0\n"):
+    """Write what pip would of a package with these entry points, group by group."""
+    info = folder / f"{name}-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_bytes(words.format(name).encode("latin-1"))
+    lines = (
+        f"[geomint.{group}]\n" + "".join(f"{key} = {value}\n" for key, value in of.items())
+        for group, of in entries.items()
+    )
+    (info / "entry_points.txt").write_text("".join(lines), "utf-8")
+
+
+@pytest.fixture
+def other_packages():
+    """What is kept of packages is forgotten, before and after."""
+    for cached in (methods, plugged):
+        cached.cache_clear()
+    yield
+    for cached in (methods, plugged):
+        cached.cache_clear()
+
+
+PACKAGE = '''
+import dataclasses
+import click
+import geomint as gi
+from geomint.tableaux import RUNGE_KUTTA
+from pydantic import BaseModel
+
+def made(name):
+    return gi.RungeKutta(dataclasses.replace(RUNGE_KUTTA["kutta-3"], name=name))
+
+METHODS = {name: made(name) for name in ("rk-4", "exact", "auto", "gauss-1-suzuki-4", "shared")}
+globals().update({name.replace("-", "_"): method for name, method in METHODS.items()})
+SYSTEM = gi.System("shared", __name__, BaseModel, BaseModel, dict)
+
+@click.command()
+def command():
+    """From far away."""
+    print(__name__)
+
+class Zero(gi.Watcher):
+    """No number but 0."""
+
+def cases():
+    return []
+'''
+TAKEN = {
+    "systems": ["veselova"],
+    "methods": ["rk-4", "exact", "auto", "gauss-1-suzuki-4"],
+    "commands": ["drift", "inertia"],
+    "watchers": ["measure", "invariants"],
+    "scenes": ["sphere-n3"],
+}
+
+
+def of_other_packages(tmp_path, monkeypatch, names, first):
+    """Install packages that offer geomint's own names, and ``shared`` each; ahead of all, or last."""
+    for name in names:
+        home, module = tmp_path / name, f"{name}_code"
+        for old in (module, f"{module}.files"):
+            monkeypatch.delitem(sys.modules, old, raising=False)
+        (home / module / "files").mkdir(parents=True)
+        (home / module / "__init__.py").write_text(PACKAGE, "utf-8")
+        (home / module / "files" / "__init__.py").touch()
+        for scene in ("sphere-n3", "shared"):
+            text = f'title = "of {name}"\n[system]\nname = "veselova"\n[time]\nt_end = 1.0\n'
+            (home / module / "files" / f"{scene}.toml").write_text(text, "utf-8")
+        things = {"systems": "SYSTEM", "commands": "command", "watchers": "Zero"}
+        entries = {
+            group: {
+                key: f"{module}:{things.get(group, key.replace('-', '_'))}"
+                for key in (*taken, "shared")
+            }
+            for group, taken in TAKEN.items()
+        }
+        install(home, name, entries | {"scenes": {"all": f"{module}.files"}})
+        if first:
+            monkeypatch.syspath_prepend(str(home))
+        else:
+            monkeypatch.setattr(sys, "path", [*sys.path, str(home)])
+
+
+@pytest.mark.filterwarnings("default::geomint.LeftOutWarning")
+@pytest.mark.usefixtures("other_packages")
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize("names", [("abba", "zappa"), ("zorro", "attila")])
+def test_names_of_geomint_are_its_own(names, first, tmp_path, monkeypatch):
+    """And of several packages that of the first in the alphabet; others are told once."""
+    names = [f"{name}{int(first)}" for name in names]
+    of_other_packages(tmp_path, monkeypatch, names, first)
+    told = {
+        c: invoke(*c.split())
+        for c in ("--help", "scenes", "methods", "check sphere-n3", "shared", "inertia --a 1,2 --d 9",
+                  "drift --help", "check sphere-n3 --observe measure", "dritf", "scenes ")
+    }  # fmt: skip
+    assert {c: t.exit_code for c, t in told.items()} == dict.fromkeys(told, 0) | {"dritf": 2}
+    winner, loser = sorted(names)
+    assert told["--help"].stdout.count("  drift ") == told["--help"].stdout.count("  shared ") == 1
+    assert "Turn principal moments" in told["--help"].stdout
+    assert told["--help"].stdout.count("From far away.") == 1
+    assert told["shared"].stdout == f"{winner}_code\n"
+    assert "--methods" in told["drift --help"].stdout
+    assert f"of {winner}" in told["scenes"].stdout
+    assert f"of {loser}" not in told["scenes"].stdout
+    said = "".join(t.stderr for t in told.values()).splitlines()
+    for group, taken in TAKEN.items():
+        for name in taken:
+            for package in names:
+                assert said_of(said, name, package, group, "geomint") == 1, (group, name, said)
+        assert said_of(said, "shared", loser, group, winner) == 1, (group, said)
+        assert said_of(said, "shared", winner, group, "") == 0
+    # what is found from Python, in silence by now
+    with warnings.catch_warnings(action="error"):
+        assert gi.load_scene("sphere-n3").title != f"of {winner}"
+        assert system_names().count("veselova") == system_names().count("shared") == 1
+        assert find_system("veselova").build.__module__.startswith("chaplygin")
+        assert find_system("shared").summary == f"{winner}_code"
+        assert gi.find_method("rk-4").order == 4
+        assert isinstance(gi.find_method("gauss-1-suzuki-4"), gi.Compose)
+        assert not {"exact", "auto", "gauss-1-suzuki-4"} & set(gi.method_names())
+        assert type(gi.find_method("shared")).__name__ == "RungeKutta"
+        assert registered("measure").__class__.__module__.startswith("geomint")
+        assert "invariants" not in plugged()
+
+
+def said_of(lines, name, package, group, owner):
+    """Return how many lines tell that a package's name is left out, and who has it."""
+    return sum(
+        f"package '{package}'" in line
+        and f"'{name}'" in line
+        and f"geomint.{group}" in line
+        and ("geomint" if owner == "geomint" else f"'{owner}' has") in line
+        for line in lines
+    )
+
+
+@pytest.mark.filterwarnings("default::geomint.LeftOutWarning")
+@pytest.mark.usefixtures("other_packages")
+def test_what_is_installed_is_no_word_of_a_run(tmp_path, monkeypatch):
+    """Told where the scene is built, whose own notes are printed instead, and kept by no solution."""
+    of_other_packages(tmp_path, monkeypatch, ["herod"], True)
+    told = invoke("run", by_fixed_point(tmp_path), "--t-end", "5", "--out", tmp_path / "run.nc")
+    assert "'rk-4'" in told.stderr
+    assert gi.load(tmp_path / "run.nc").warnings == ()
+
+
+@pytest.mark.filterwarnings("default::geomint.LeftOutWarning")
+@pytest.mark.usefixtures("other_packages")
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"[integrate]\nmethod = 3\n", "[integrate] method = 3"),
+        (b"title = '\xe9'\n", "cannot be read"),
+        (b"system = 3\n", "[system] = 3"),
+        (b"[system]\nname = ['veselova', 1]\n", "[system] name"),
+        (None, "cannot be read"),
+    ],
+)
+def test_a_scene_of_a_package_that_is_broken(content, words, tmp_path, monkeypatch):
+    """It costs its own name: a typed error there, and a row among the others."""
+    of_other_packages(tmp_path, monkeypatch, ["fawlty"], True)
+    place = tmp_path / "fawlty" / "fawlty_code" / "files" / "lost.toml"
+    place.mkdir() if content is None else place.write_bytes(content)
+    listed, told = invoke("scenes"), invoke("check", "lost")
+    assert listed.exit_code == 0, listed.output
+    assert "lost" in listed.stdout
+    assert "sphere-n3" in listed.stdout
+    assert told.exit_code == 2, told.output
+    with pytest.raises(gi.SceneError) as raised:
+        gi.load_scene("lost")
+    assert words in str(raised.value)
+
+
+@pytest.mark.filterwarnings("default::geomint.LeftOutWarning")
+@pytest.mark.usefixtures("other_packages")
+def test_a_package_without_a_name(tmp_path, monkeypatch):
+    """What pip has written of it cannot be read; its names are others' if they have them too."""
+    install(tmp_path, "anon", {"systems": {"veselova": "json:loads"}}, "Name: \xe9{}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert find_system("veselova").build.__module__.startswith("chaplygin")
+
+
+def test_a_shell_that_completes_words_hears_nothing(tmp_path):
+    """Commands but for those that are broken, and no warning in the line that is being written."""
+    install(tmp_path, "noisy", {"commands": {"drift": "json:loads", "drizzle": "json:loads"}})
+    given = {"PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    given |= {"_GEOMINT_COMPLETE": "bash_complete", "COMP_WORDS": "geomint dri", "COMP_CWORD": "1"}
+    code = "from geomint.cli import main; main(prog_name='geomint')"
+    asked = [sys.executable, "-c", code]
+    done = subprocess.run(asked, env=os.environ | given, capture_output=True, check=False)
+    assert done.stdout.split() == [b"plain,drift"]
+    assert done.stderr == b""
 
 
 @pytest.mark.filterwarnings("default::geomint.LeftOutWarning")
@@ -275,6 +490,7 @@ def test_commands_of_other_packages(monkeypatch):
         ("no value", "no value"),
     ],
 )
+@pytest.mark.usefixtures("other_packages")
 def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, monkeypatch):
     """One line and exit code 2 for who names what it registers; the rest is as it was."""
     sources = {
@@ -285,29 +501,18 @@ def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, mo
     }  # fmt: skip
     for name, text in sources.items():
         (tmp_path / f"{name}.py").write_text(f'"""Of a package."""\n{text}\n', encoding="utf-8")
-    info = tmp_path / "broken-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n", "utf-8")
-    groups = ("systems", "scenes", "methods", "commands", "watchers", "stress")
-    entries = "".join(f"[geomint.{group}]\nbad = {value}\n" for group in groups)
-    (info / "entry_points.txt").write_text(f"{entries}[geomint.methods]\nrk-4 = {value}\n", "utf-8")
+    entries = {key: {"bad": value} for key in GROUPS} | {"methods": {"bad": value, "rk-4": value}}
+    install(tmp_path, "broken", entries)
     monkeypatch.syspath_prepend(str(tmp_path))
     scene = tmp_path / "scene.toml"
     scene.write_text('[system]\nname = "bad"\n[time]\nt_end = 1.0\n', encoding="utf-8")
-    caches = methods, plugged
-    for cached in caches:
-        cached.cache_clear()
-    try:
-        told = {
-            c: invoke(*c.split())
-            for c in ("--help", "methods", "scenes", "check sphere-n3", "bad", f"check {scene}",
-                      "check sphere-n3 --observe energy,bad", "check sphere-n3 --method bad",
-                      "stress --axis momentum --systems no-such")
-        }  # fmt: skip
-        assert methods()["rk-4"].order == 4
-    finally:
-        for cached in caches:
-            cached.cache_clear()
+    told = {
+        c: invoke(*c.split())
+        for c in ("--help", "methods", "scenes", "check sphere-n3", "bad", f"check {scene}",
+                  "check sphere-n3 --observe energy,bad", "check sphere-n3 --method bad",
+                  "stress --axis momentum --systems no-such")
+    }  # fmt: skip
+    assert methods()["rk-4"].order == 4
     assert all(isinstance(t.exception, SystemExit | None) for t in told.values()), told
     for command in ("--help", "methods", "scenes", "check sphere-n3"):
         assert told[command].exit_code == 0
@@ -322,8 +527,6 @@ def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, mo
 
 
 def test_a_system_of_another_package(monkeypatch, tmp_path):
-    from geomint.problems import systems
-
     class Strict(BaseModel):
         model_config = ConfigDict(extra="forbid")
 
@@ -354,12 +557,7 @@ def test_a_system_of_another_package(monkeypatch, tmp_path):
 
     system = gi.System("oscillator", "a harmonic oscillator", Frequency, Position, build)
 
-    class Point(EntryPoint):
-        def load(self):
-            return system
-
-    points = [Point("oscillator", "other.package:OSCILLATOR", "geomint.systems")]
-    monkeypatch.setattr(systems, "entry_points", lambda group: points)
+    offer(monkeypatch, "geomint.systems", "oscillator", system)
     path = tmp_path / "scene.toml"
     path.write_text(
         '[system]\nname = "oscillator"\nomega = 2.0\n[initial]\nq = 1.0\n[time]\nt_end = 10.0\n'
@@ -370,8 +568,6 @@ def test_a_system_of_another_package(monkeypatch, tmp_path):
 
 
 def test_a_scene_without_a_field_takes_the_method_that_fits(tmp_path, monkeypatch):
-    from geomint.problems import systems
-
     class Nothing(BaseModel):
         model_config = ConfigDict(extra="forbid")
 
@@ -380,12 +576,7 @@ def test_a_scene_without_a_field_takes_the_method_that_fits(tmp_path, monkeypatc
 
     system = gi.System("spring", "a spring", Nothing, Nothing, build)
 
-    class Point(EntryPoint):
-        def load(self):
-            return system
-
-    points = [Point("spring", "other.package:SPRING", "geomint.systems")]
-    monkeypatch.setattr(systems, "entry_points", lambda group: points)
+    offer(monkeypatch, "geomint.systems", "spring", system)
     path = tmp_path / "spring.toml"
     path.write_text('[system]\nname = "spring"\n[time]\nt_end = 3.0\n[observe]\nquantities = []\n')
     result = invoke("run", path, "--out", tmp_path / "run.nc")
@@ -444,12 +635,9 @@ def of_itself(parameters, initial):
     ],
 )
 def test_a_system_that_is_broken_is_told_in_one_line(build, words, tmp_path, monkeypatch):
-    from geomint.problems import systems
-
     keys = Checking if build is Checking else Empty
     system = gi.System("broken", "a broken one", keys, Empty, build)
-    point = SimpleNamespace(name="broken", value="other:BROKEN", load=lambda: system)
-    monkeypatch.setattr(systems, "entry_points", lambda group: [point])
+    offer(monkeypatch, "geomint.systems", "broken", system)
     path = tmp_path / "broken.toml"
     path.write_text('[system]\nname = "broken"\nx = 1.0\n[time]\nt_end = 3.0\n', "utf-8")
     for command in ("check", "run", "scan"):

@@ -4,17 +4,21 @@ import errno
 import importlib
 import os
 import pkgutil
+import random
 import subprocess
 import sys
 import warnings
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
 import geomint as gi
 import geomint.plan
 from chaplygin import scenes
+from chaplygin.pictures.page import EXACT_FILES
+from geomint import report
 from geomint.cli import main
 from geomint.run.files import outputs
 
@@ -254,6 +258,120 @@ def test_a_folder_in_the_place_of_a_file_is_told_before_the_run(
     result = invoke(*COMMANDS[command], "--out", tmp_path)
     assert result.exit_code == 2, result.output
     assert f"{name}' cannot be written: that is a folder" in result.stderr
+
+
+# Of commands that read a scene what they replace under --out, or the option's own file.
+READING = {
+    "run --out": [""],
+    "drift --out": report.DRIFT_FILES,
+    "compare --out": report.COMPARE_FILES,
+    "section --event gamma[2] --out": report.SECTION_FILES,
+    "scan --vary D=4:5:2 --out": report.SCAN_FILES,
+    "chaos --out": report.CHAOS_FILES,
+    "exact --out": EXACT_FILES,
+    "exact --animate": [""],
+}
+WAYS = {
+    "path": lambda scene, place: scene.rename(place),
+    "link to it": lambda scene, place: place.symlink_to(scene),
+    "link that is read": lambda scene, place: (scene.rename(place), scene.symlink_to(place)),
+    "hard link": lambda scene, place: place.hardlink_to(scene),
+    "another way": lambda scene, place: scene.rename(place),
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links of POSIX")
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("command", READING)
+def test_no_output_takes_the_place_of_the_scene(
+    command, way, tmp_path, monkeypatch, nothing_begins
+):
+    """By whatever name, of whatever file of a report, and before anything is computed."""
+    monkeypatch.chdir(tmp_path)
+    name, *options = command.split()
+    text, files = gi.load_scene("sphere-n3").toml(), READING[command]
+    for i, file in enumerate(random.Random(way).sample(files, min(len(files), 3))):
+        scene, folder = tmp_path / f"scene-{i}.toml", tmp_path / f"{i}"
+        folder.mkdir()
+        scene.write_text(text, "utf-8")
+        out = (
+            Path(f"{i}")
+            if file
+            else Path(f"{i}", "out.gif" if "--animate" in options else "out.nc")
+        )
+        place = tmp_path / out / file
+        WAYS[way](scene, place)
+        if way == "another way":
+            (tmp_path / f"link-{i}").symlink_to(folder)
+            out = Path(f"link-{i}", "..", out)
+        read = scene if scene.exists() else place
+        result = invoke(name, read, *options, out)
+        assert result.exit_code == 2, result.output
+        said = result.stderr.splitlines()[-1]
+        assert "cannot be written: it is the input" in said
+        assert str(out / file) in said
+        assert str(read) in said
+        assert "expected another place" in said
+        assert read.read_text("utf-8") == text
+        assert [p.name for p in folder.iterdir()] == [place.name]
+
+
+def test_commands_in_one_process_are_as_alone(tmp_path, monkeypatch):
+    """A file that an earlier command has read may be replaced by a later one."""
+    monkeypatch.chdir(tmp_path)
+    Path("study").write_text(gi.load_scene("sphere-n3").toml(), "utf-8")
+    assert invoke("check", "./study").exit_code == 0
+    assert invoke("run", "./study", "--t-end", 5, "--out", "study").exit_code == 2
+    assert invoke("run", "sphere-n3", "--t-end", 5, "--out", "study").exit_code == 0
+    assert gi.load("study").success
+
+
+def test_a_command_that_goes_on_from_a_saved_run_keeps_it(tmp_path, monkeypatch):
+    """Of another package too; in Python the run is in memory, and its file may be written anew."""
+
+    @click.command()
+    @click.argument("path")
+    @click.argument("out")
+    def go_on(path, out):
+        gi.load(path).save(out)
+
+    monkeypatch.setitem(main.commands, "go-on", go_on)
+    path, link = tmp_path / "run.nc", tmp_path / "link.nc"
+    assert invoke("run", "sphere-n3", "--t-end", 5, "--out", path).exit_code == 0
+    link.symlink_to(path)
+    content = path.read_bytes()
+    for out in (path, link):
+        result = invoke("go-on", path, out)
+        assert (result.exit_code, path.read_bytes()) == (2, content), result.output
+        assert "it is the input" in result.stderr
+    assert invoke("go-on", path, tmp_path / "other.nc").exit_code == 0
+    gi.load(path).save(path)
+    assert gi.load(path) == gi.load(tmp_path / "other.nc")
+
+
+@pytest.mark.usefixtures("nothing_begins")
+@pytest.mark.parametrize(
+    ("kind", "keys"),
+    [
+        ("drift", {}),
+        ("scan", {"vary": {"D": [4.0, 5.0]}}),
+        ("section", {"event": "gamma[2]"}),
+        ("chaos", {}),
+    ],
+)
+def test_reports_from_python_keep_their_scene(kind, keys, tmp_path):
+    """Given as a path, or as the scene that was made of it, or changed since."""
+    files = getattr(report, f"{kind.upper()}_FILES")
+    path = tmp_path / files[len(files) // 2]
+    text = gi.load_scene("sphere-n3").toml()
+    path.write_text(text, "utf-8")
+    write = getattr(gi, f"{kind}_report")
+    scene = gi.load_scene(path)
+    for given in (path, scene, scene.changed(time={"t_end": 7.0})):
+        with pytest.raises(gi.OutputError, match="it is the input") as refused:
+            write(given, tmp_path, progress=False, **keys)
+        assert refused.value.path == str(path)
+    assert path.read_text("utf-8") == text
 
 
 @pytest.mark.usefixtures("blank_pictures")

@@ -267,6 +267,19 @@ def test_another_ensemble_is_told_and_left_alone(other: str, tmp_path: Path) -> 
     assert_same(in_memory("states"), known)
 
 
+def test_members_that_begin_where_those_of_the_store_end(tmp_path: Path) -> None:
+    """The store that was read is left alone; the same ensemble is there already."""
+    out = tmp_path / "a.zarr"
+    on_disk("states", out)
+    before = {file: file.read_bytes() for file in out.rglob("*") if file.is_file()}
+    known = gi.open_ensemble(out)
+    for states in (known.final, known.y[:, -1], known.states[::-1]):
+        with pytest.raises(gi.OutputError, match="another ensemble is there"):
+            gi.solve_ensemble(HENON, np.nan_to_num(states), **RUN, out=out)
+    assert_same(in_memory("states"), gi.solve_ensemble(HENON, known.states, **RUN, out=out))
+    assert before == {file: file.read_bytes() for file in out.rglob("*") if file.is_file()}
+
+
 def test_a_reading_whose_code_has_changed(tmp_path: Path) -> None:
     gi.solve_ensemble(HENON, STATES, **RUN, readings=Steep(), out=tmp_path / "a")
     gi.solve_ensemble(HENON, STATES, **RUN, readings=Steep(), out=tmp_path / "a")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.methods import find_method, method_names, methods, registry
+from geomint.methods import find_method, method_names, methods
 from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from tests.problems import examples
 
@@ -66,7 +66,7 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
     offered = {"mine-3": mine, "other-name": mine, "no-method": print, "silent": silent}
 
     class Point:
-        group, value = "geomint.methods", "other:method"
+        group, value, dist = "geomint.methods", "other:method", None
 
         def __init__(self, name: str) -> None:
             self.name = name
@@ -77,7 +77,7 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
             return offered[self.name]
 
     monkeypatch.setattr(
-        registry, "entry_points", lambda group: [Point(n) for n in [*offered, "broken"]]
+        "importlib.metadata.entry_points", lambda group: [Point(n) for n in [*offered, "broken"]]
     )
     methods.cache_clear()
     try:
@@ -86,7 +86,7 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
         ) as said:
             assert find_method("mine-3") is mine
         assert len(said) == 4
-        assert "RuntimeError: at its import" in str(said[-1].message)
+        assert any("RuntimeError: at its import" in str(w.message) for w in said)
         assert not {"other-name", "no-method", "silent", "broken"} & set(method_names())
     finally:
         methods.cache_clear()

@@ -39,6 +39,22 @@ def refused(path, content):
         gi.load(path)
 
 
+def test_nothing_is_read_later(solution, content, tmp_path):
+    """What a file held when it was loaded is used to the end, whatever is there since."""
+    path = tmp_path / "run.nc"
+    path.write_bytes(content)
+    loaded = gi.load(path)
+    loaded.save(path)
+    assert gi.load(path) == loaded
+    path.write_bytes(b"something else")
+    assert np.array_equal(loaded.y, solution.y)
+    assert loaded.problem == solution.problem
+    assert loaded.method == solution.method
+    assert gi.solve(loaded, t_end=9.0, progress=False) == gi.solve(
+        solution, t_end=9.0, progress=False
+    )
+
+
 def test_whatever_byte_is_altered(content, tmp_path):
     """All of the first thousand, where the header begins, and a thousand of the others."""
     draw = random.Random(0)

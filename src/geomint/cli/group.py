@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import importlib
 import io
 import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Sequence
-from difflib import get_close_matches
-from importlib.metadata import EntryPoint, entry_points
+from collections.abc import Iterator, Sequence
+from importlib.metadata import EntryPoint
 from typing import Any
 
 import click
 
 from .. import __version__
-from ..errors import GeomintError, GeomintWarning, loaded
+from ..errors import GeomintError, GeomintWarning, loaded, nearest, offered
+from ..run.files.inputs import inputs_of_command
 from .options import exit_code, print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
@@ -40,21 +39,28 @@ COMMANDS = {
 
 
 def _others() -> dict[str, EntryPoint]:
-    return {p.name: p for p in entry_points(group="geomint.commands") if p.name not in COMMANDS}
+    return offered("geomint.commands", COMMANDS)
 
 
-def _show_warning(
-    other: Callable[..., None],
-    message: Warning | str,
-    category: type[Warning],
-    *where: Any,
-    **more: Any,
-) -> None:
-    """Show a warning of geomint as a line of its own, not as one of the code that it comes from."""
-    if issubclass(category, GeomintWarning):
-        print_message(f"warning: {message}")
-    else:
-        other(message, category, *where, **more)
+@contextlib.contextmanager
+def _one_command() -> Iterator[None]:
+    """Show geomint's warnings as lines of its own, and know of no inputs of other commands.
+
+    While a shell completes a word none is shown. What is done to filters within ends with it.
+    """
+    other = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *where: Any) -> None:
+        if issubclass(category, GeomintWarning):
+            print_message(f"warning: {message}")
+        else:
+            other(message, category, *where)
+
+    with warnings.catch_warnings(), inputs_of_command():
+        warnings.showwarning = show  # type: ignore[assignment]
+        if "_GEOMINT_COMPLETE" in os.environ:
+            warnings.simplefilter("ignore")
+        yield
 
 
 class _Named(click.ParamType):  # type: ignore[type-arg]
@@ -78,41 +84,39 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a command that was not added; for an unknown one suggest the nearest name."""
+        others = _others()
         if cmd_name in self.commands:
             command = self.commands[cmd_name]
         elif cmd_name in COMMANDS:
             command = importlib.import_module(f"{__package__}.{cmd_name}").command
         else:
-            point = _others().get(cmd_name)
-            if point is None:
+            if cmd_name not in others:
                 if cmd_name and not cmd_name.startswith("-") and not ctx.resilient_parsing:
-                    known = self.list_commands(ctx)
-                    close = get_close_matches(cmd_name, known, n=1, cutoff=0.5)
-                    hint = f"Did you mean {close[0]!r}?" if close else f"Known: {', '.join(known)}."
-                    ctx.fail(f"no such command {cmd_name!r}. {hint}")
+                    hint = nearest(cmd_name, self.list_commands(ctx), "`geomint --help`")
+                    ctx.fail(f"no such command {cmd_name!r}.{hint}")
                 return None
-            command = loaded(point)
-        if not isinstance(command, click.Command):
-            raise GeomintError(f"command {cmd_name!r} is not a click command: {command!r}")
+            try:
+                command = loaded(others[cmd_name])
+                if not isinstance(command, click.Command):
+                    raise GeomintError(f"command {cmd_name!r} is not a click command: {command!r}")
+            except GeomintError:
+                if ctx.resilient_parsing:  # a shell completes a word
+                    return None
+                raise
         for parameter in command.params:
             if isinstance(parameter.type, click.Path):  # of plugged-in commands too
                 parameter.type = _Named(parameter.type)
         return command
 
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; the warnings that it has shown in other words come back after it."""
-        with warnings.catch_warnings():
-            warnings.showwarning = functools.partial(_show_warning, warnings.showwarning)
-            return super().invoke(ctx)
-
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands without importing any."""
         rows = list(COMMANDS.items())
-        for name, point in sorted(_others().items()):
-            rows.append((name, summary(*point.value.split(":", 1))))
+        others = sorted(_others().items())
+        rows += [(name, summary(*point.value.split(":", 1))) for name, point in others]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 
+    @_one_command()
     def main(
         self,
         args: Sequence[str] | None = None,

@@ -13,7 +13,7 @@ def command() -> None:
 
     from ..errors import printable
     from ..report.columns import fitted
-    from ..scene.load import builtin_scenes, parse
+    from ..scene.load import builtin_scenes, parse, read_text
 
     console = Console()
     wide = console.width >= WIDE  # else titles would be columns of single words
@@ -22,11 +22,11 @@ def command() -> None:
     rows = []
     for name, file in builtin_scenes().items():
         try:
-            content = parse(name, file.read_text(encoding="utf-8"))
-            system = content.get("system", {}).get("name", "")
-            method = content.get("integrate", {}).get("method", "gauss-8")
+            content = parse(name, read_text(file))
+            system = printable(content.get("system", {}).get("name", ""))
+            method = printable(content.get("integrate", {}).get("method", "gauss-8"))
             title = printable(content.get("title", ""))
         except Exception as error:  # a file that is broken must not take the others with it
             system, method, title = "", "", printable(f"broken: {error}")
-        rows.append((name, title, *([system] if wide else []), method))
+        rows.append((printable(name), title, *([system] if wide else []), method))
     console.print(fitted(console, columns, rows, ["method", "title"], pad_edge=wide))

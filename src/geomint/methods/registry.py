@@ -2,10 +2,10 @@
 
 import functools
 from collections.abc import Mapping
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint
 from typing import Any
 
-from ..errors import MOST_NAMES, MethodError, closest, leave_out, loaded, nearest, quoted
+from ..errors import MOST_NAMES, MethodError, closest, loaded, nearest, offered, quoted
 from ..problems.problem import Problem
 from ..tableaux import (
     COMMUTATOR_FREE,
@@ -28,6 +28,7 @@ from .splitting import Verlet
 
 _EXACT = Exact()
 DEFAULT = "gauss-8"
+AUTO = "auto"  # a method that a tolerance chooses
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
 _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
 
@@ -50,16 +51,17 @@ def methods() -> dict[str, Method]:
     for base in (Rattle(), Verlet()):
         own += [base, *(Compose(base, order) for order in DEFAULT_COMPOSITION)]
     found = {method.name: method for method in own}
-    for point in entry_points(group="geomint.methods"):
-        try:
-            method = checked_method("entry point", loaded(point))
-            if method.name != point.name:
-                raise MethodError(f"its name is {method.name!r}")
-            if method is not found.setdefault(point.name, method):
-                raise MethodError("there is another method of that name")
-        except Exception as error:  # a package that is broken must not take the others with it
-            leave_out(point, "a geomint.Method of that name", error)
-    return found
+
+    def method_of(point: EntryPoint) -> dict[str, Method]:
+        method = checked_method("entry point", loaded(point))
+        if method.name != point.name:
+            raise MethodError(f"its name is {method.name!r}")
+        if _parts(method.name, found)[1]:
+            raise MethodError("geomint composes a method of that name")
+        return {method.name: method}
+
+    names = [*found, _EXACT.name, AUTO]
+    return found | offered("geomint.methods", names, method_of, "a geomint.Method of that name")
 
 
 def method_names() -> list[str]:
@@ -94,19 +96,23 @@ def find_method(name: str | Method) -> Method:
     if not isinstance(name, str):
         return checked_method("method", name, "a name or a geomint method")
     known = methods()
-    if name in known:
-        return known[name]
-    base, schemes = name, list[str]()
-    while base not in known and (scheme := _last_scheme(base)) and len(schemes) < _MOST_SCHEMES:
-        base = base.removesuffix(f"-{scheme}")
-        schemes.append(scheme)
-        base = f"{base}-2" if base in _FAMILIES else base
-    if base not in known or not schemes:
+    base, schemes = _parts(name, known)
+    if base not in known:
         raise MethodError(f"method = {quoted(name)}: no such method.{_hint(name, known)}")
     method = known[base]
     for scheme in reversed(schemes):
         method = Compose(method, scheme)
     return method
+
+
+def _parts(name: str, known: Mapping[str, Method]) -> tuple[str, list[str]]:
+    """Return which known method a name begins with, and what it is composed by, the last first."""
+    base, schemes = name, list[str]()
+    while base not in known and (scheme := _last_scheme(base)) and len(schemes) < _MOST_SCHEMES:
+        base = base.removesuffix(f"-{scheme}")
+        schemes.append(scheme)
+        base = f"{base}-2" if base in _FAMILIES else base
+    return (base, schemes) if base in known else (name, [])
 
 
 def _hint(name: str, known: Mapping[str, Method]) -> str:

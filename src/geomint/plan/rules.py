@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from ..errors import SceneError
 from ..kernels.solve.status import NOT_CONVERGED
 from ..methods.method import Method, Start
+from ..methods.registry import AUTO
 from ..problems.evaluate import value
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
-from ..run.accuracy.auto import AUTO, auto_method
+from ..run.accuracy.auto import auto_method
 from ..run.promise import Setting
 from ..run.timeline import Timeline, evaluation_times, plan_timeline
 from ..watch.functions import Function, grouped

@@ -34,8 +34,8 @@ from .units import unit_among
 Time = Literal["t", "tau"]
 
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
-_GROUPS = ("invariants", "constraints", "observables")
-_RESERVED = (*_GROUPS, "all")  # what `geomint.solve` understands in `observe`
+_OWN = ("invariants", "constraints", "observables")
+GROUPS = (*_OWN, "all")  # what `geomint.solve` understands in `observe`
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,14 +181,14 @@ class Problem(Shown, Sendable):
                 said = "one argument" if count == 1 else "two arguments"
                 raise DomainError(name, f, f"a function of {said}")
         seen = set()
-        for group in _GROUPS:
+        for group in _OWN:
             quantities = getattr(self, group)
             check_types(self, {group: Mapping})
             object.__setattr__(self, group, dict(quantities))
             for name, f in quantities.items():
                 check_name(group, name)
-                if name in seen or name in _RESERVED:
-                    expected = f"names unlike each other and unlike {', '.join(_RESERVED)}"
+                if name in seen or name in GROUPS:
+                    expected = f"names unlike each other and unlike {', '.join(GROUPS)}"
                     raise DomainError(group, name, expected)
                 if not isinstance(f, Recorded):
                     expected = "a function recorded with geomint.observable"
@@ -251,7 +251,7 @@ class Problem(Shown, Sendable):
             "forms": ", ".join(self.forms),
             "time": "τ" if self.time == "tau" else "t",
             "parameters": ", ".join(self.parameters),
-            **{group: ", ".join(getattr(self, group)) for group in _GROUPS},
+            **{group: ", ".join(getattr(self, group)) for group in _OWN},
             "measure": "" if self.measure is None else "stated",
             "symplectic form": "" if self.symplectic_form is None else "stated",
         }

@@ -6,13 +6,12 @@ for every name, and under ``"geomint.scenes"`` a package folder of scene files (
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import entry_points
 from typing import Any
 
 from pydantic import BaseModel
 
 from ..arguments import Array
-from ..errors import DomainError, SceneError, loaded, nearest, quoted
+from ..errors import DomainError, SceneError, loaded, nearest, offered, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 from .time_transformation import time_transformed
@@ -131,17 +130,15 @@ class System(Sendable):
 
 def system_names() -> list[str]:
     """Return the names of all registered systems."""
-    return sorted(point.name for point in entry_points(group="geomint.systems"))
+    return sorted(offered("geomint.systems"))
 
 
 def find_system(name: str) -> System:
     """Return the registered system of that name, or raise `SceneError`."""
-    for point in entry_points(group="geomint.systems"):
-        if point.name == name:
-            system = loaded(point)
-            if not isinstance(system, System):
-                raise SceneError(f"entry point {point.value!r} is not a geomint.System")
-            return system
-    raise SceneError(
-        f"[system] name = {quoted(name)}: no such system.{nearest(name, system_names())}"
-    )
+    points = offered("geomint.systems")
+    if name not in points:
+        raise SceneError(f"[system] name = {quoted(name)}: no such system.{nearest(name, points)}")
+    system = loaded(points[name])
+    if not isinstance(system, System):
+        raise SceneError(f"entry point {points[name].value!r} is not a geomint.System")
+    return system

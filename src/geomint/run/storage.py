@@ -55,6 +55,7 @@ from ..watch.drift import Drift
 from ..watch.windows import NOTHING, Windows
 from .accuracy.accuracy import Accuracy
 from .dense import Kept
+from .files.inputs import note_input
 from .files.outputs import whole_file, write_table
 from .local_error import EndError, LocalError
 from .met import Met
@@ -251,6 +252,7 @@ def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
         _check_seal(place)
     except ValueError:  # a null byte, half of a pair
         raise DomainError("path", path, "the path of a file") from None
+    note_input(place, copied=True)
     try:
         with _open(fspath(place), "r", mmap=False) as file:
             solution = _read(file)

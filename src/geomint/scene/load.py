@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from os import PathLike, fspath
-from os.path import isfile
+from os.path import isfile, splitext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SceneError, leave_out, loaded, nearest, quoted, shortened
+from ..errors import SceneError, loaded, nearest, offered, quoted, shortened
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from .scene import Scene
 
 LONGEST_FILE = 2**26  # characters: a million times have 20 million, /dev/zero has no end
@@ -26,17 +27,13 @@ LONGEST_FILE = 2**26  # characters: a million times have 20 million, /dev/zero h
 
 def builtin_scenes() -> dict[str, Traversable]:
     """Return the files of all registered scenes by name, sorted."""
-    found: dict[str, Traversable] = {}
-    for point in sorted(entry_points(group="geomint.scenes"), key=lambda p: p.name):
-        try:
-            entries = list(files(loaded(point)).iterdir())
-        except Exception as error:  # a package that was removed, or is broken
-            leave_out(point, "a package with scene files", error)
-            continue
-        for entry in entries:
-            if entry.name.endswith(".toml"):
-                found.setdefault(entry.name.removesuffix(".toml"), entry)
-    return dict(sorted(found.items()))
+
+    def scenes_of(point: EntryPoint) -> dict[str, Traversable]:
+        entries = {splitext(entry.name): entry for entry in files(loaded(point)).iterdir()}
+        return {name: entry for (name, ending), entry in entries.items() if ending == ".toml"}
+
+    expected = "a package with scene files"
+    return dict(sorted(offered("geomint.scenes", parts=scenes_of, expected=expected).items()))
 
 
 def scene_names() -> list[str]:
@@ -95,30 +92,34 @@ def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], str, bool]
     if isinstance(source, str) and not (name.endswith(".toml") or "/" in name or "\\" in name):
         known = builtin_scenes()
         if name in known:
-            text = known[name].read_text(encoding="utf-8-sig")
+            text = read_text(known[name])
             return name, parse(name, text), text, True
         if not isfile(name):  # of a name that is too long for one as well
             hint = nearest(name, known, "`geomint scenes`")
             raise SceneError(f"scene {quoted(name)}: neither a file nor a built-in scene.{hint}")
-    text = _read(path)
+    text = read_text(path)
     return path.stem, parse(name, text), text, False
 
 
-def _read(path: Path) -> str:
+def read_text(path: Path | Traversable) -> str:
+    """Return the text of a scene file, or raise `SceneError`."""
+    from ..run.files.inputs import note_input
+
     try:
-        with path.open(encoding="utf-8-sig") as file:
+        with path.open("r", encoding="utf-8-sig") as file:
+            if isinstance(path, Path):  # nothing is written into archives
+                note_input(path)
             if len(text := file.read(LONGEST_FILE + 1)) <= LONGEST_FILE:
                 return text
+        why = f"is too long: expected at most {LONGEST_FILE} characters"
     except FileNotFoundError:
-        close = nearest(path.name, [p.name for p in path.parent.glob("*.toml")])
-        raise SceneError(f"scene file {quoted(str(path))} does not exist.{close}") from None
+        close = nearest(path.name, [p.name for p in Path(str(path)).parent.glob("*.toml")])
+        why = f"does not exist.{close}"
     except OSError as error:
-        reason = error.strerror or "?"
-        raise SceneError(f"scene file {quoted(str(path))} cannot be read: {reason}") from None
+        why = f"cannot be read: {error.strerror or '?'}"
     except ValueError as error:  # no UTF-8, or no path
-        raise SceneError(f"scene file {quoted(str(path))} cannot be read: {error}") from None
-    longest = f"at most {LONGEST_FILE} characters"
-    raise SceneError(f"scene file {quoted(str(path))} is too long: expected {longest}")
+        why = f"cannot be read: {error}"
+    raise SceneError(f"scene file {quoted(str(path))} {why}")
 
 
 def parse(name: str, text: str) -> dict[str, Any]:
@@ -126,14 +127,9 @@ def parse(name: str, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(
-            f"scene {quoted(name)} is not valid TOML: {shortened(str(error))}"
-        ) from None
+        why = f"is not valid TOML: {shortened(str(error))}"
     except RecursionError:
-        expected = "lists and tables that are not nested in hundreds of others"
-        raise SceneError(f"scene {quoted(name)} is too deep: expected {expected}") from None
+        why = "is too deep: expected lists and tables that are not nested in hundreds of others"
     except ValueError:  # of Python: an integer that it does not read
-        expected = "numbers of at most some thousands of digits"
-        raise SceneError(
-            f"scene {quoted(name)} has too long an integer: expected {expected}"
-        ) from None
+        why = "has too long an integer: expected numbers of at most some thousands of digits"
+    raise SceneError(f"scene {quoted(name)} {why}")

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from ..run.accuracy.auto import AUTO
+from ..methods.registry import AUTO
 
 Raw = Mapping[str, Any]  # a scene, or a section of one, as it was given
 Number = Annotated[float, Field(allow_inf_nan=False)]

@@ -11,9 +11,8 @@ from pydantic import BaseModel
 from ..errors import DomainError, Gathered, GeomintError, GeomintWarning, nearest, quoted, raised
 from ..methods.gauss import Gauss
 from ..methods.method import Method
-from ..methods.registry import find_method
+from ..methods.registry import AUTO, find_method
 from ..problems.systems import Model, System, find_system, in_time
-from ..run.accuracy.auto import AUTO
 from .entries import check_once, method_and_step
 from .explain import key_of, shown
 from .flaws import Flaws, mended

@@ -5,11 +5,12 @@ from functools import partial
 
 from ..errors import nearest, quoted
 from ..methods.method import Method
-from ..methods.registry import find_solver
+from ..methods.registry import AUTO, find_solver
+from ..problems.problem import GROUPS
 from ..problems.systems import Model
-from ..run.accuracy.auto import AUTO, auto_method
+from ..run.accuracy.auto import auto_method
 from ..watch.observe import choose_watchers
-from ..watch.quantities import GROUPS, expanded, quantities_of
+from ..watch.quantities import expanded, quantities_of
 from ..watch.registry import plugged
 from .explain import key_of, shown
 from .flaws import Flaws, Looked

@@ -6,9 +6,9 @@ of `StressCase`. Every method that fits is run on every representation of every 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint
 
-from ..errors import DomainError, leave_out, loaded
+from ..errors import DomainError, loaded, offered
 from ..problems.systems import Model
 
 Names = tuple[str, ...]
@@ -114,14 +114,14 @@ class StressCase:
 
 def stress_cases() -> list[StressCase]:
     """Return the cases of all packages, axis by axis."""
-    found = []
-    for point in sorted(entry_points(group="geomint.stress"), key=lambda p: p.name):
-        try:
-            cases = list(loaded(point)())
-            if not all(isinstance(case, StressCase) for case in cases):
-                raise DomainError("cases", cases, "geomint.StressCase objects")
-            found += cases
-        except (Exception, SystemExit) as error:  # of a package that is broken: the others stay
-            leave_out(point, "a function that returns geomint.StressCase objects", error)
+
+    def cases_of(point: EntryPoint) -> dict[str, StressCase]:
+        cases = list(loaded(point)())
+        if not all(isinstance(case, StressCase) for case in cases):
+            raise DomainError("cases", cases, "geomint.StressCase objects")
+        return {f"{case.axis.name} {case.system} {case.value!r} {case.n}": case for case in cases}
+
+    expected = "a function that returns geomint.StressCase objects"
+    found = list(offered("geomint.stress", parts=cases_of, expected=expected).values())
     axes = list(dict.fromkeys(case.axis.name for case in found))
     return sorted(found, key=lambda case: axes.index(case.axis.name))

@@ -9,10 +9,10 @@ import numpy as np
 from ..arguments import Array, Booleans, check_name
 from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded
-from ..problems.problem import Problem
+from ..problems.problem import GROUPS, Problem
 from .drift import Drift
 from .functions import Function
-from .quantities import GROUPS, expanded, watcher_of
+from .quantities import expanded, watcher_of
 from .registry import checked_watcher
 from .watcher import Run, Seen, Watcher
 

@@ -3,13 +3,11 @@
 from collections.abc import Iterable
 
 from ..errors import DomainError, nearest
-from ..problems.problem import Problem
+from ..problems.problem import GROUPS, Problem
 from .functions import ENERGY, Function
 from .kinds import KINDS
 from .registry import OWN, plugged, registered
 from .watcher import Watcher
-
-GROUPS = ("invariants", "constraints", "observables", "all")
 
 
 def quantities_of(problem: Problem) -> list[str]:

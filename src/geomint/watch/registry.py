@@ -5,11 +5,12 @@ A package registers under ``[project.entry-points."geomint.watchers"]`` a class 
 """
 
 import functools
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import Any
 
 from ..arguments import whole
-from ..errors import DomainError, loaded
+from ..errors import DomainError, loaded, offered
+from ..problems.problem import GROUPS
 from .kinds import KINDS
 from .measure import InvariantMeasure
 from .symplectic import SymplecticDefect
@@ -22,7 +23,7 @@ OWN = {w.name: w for w in (InvariantMeasure(), SymplecticDefect())}
 @functools.cache
 def plugged() -> dict[str, EntryPoint]:
     """Return the watchers of other packages by name; none of them is imported."""
-    return {point.name: point for point in entry_points(group="geomint.watchers")}
+    return offered("geomint.watchers", (*OWN, *GROUPS))
 
 
 def registered(name: str) -> Watcher | None:

@@ -15,11 +15,11 @@ from ...methods.composition import Compose
 from ...methods.gauss import Gauss
 from ...methods.method import Method
 from ...methods.rattle import Rattle
+from ...methods.registry import AUTO
 from ...methods.rkmk import RKMK
 from ...methods.splitting import Verlet
 from ...problems.problem import Problem
 
-AUTO = "auto"
 # From which tolerance on how many stages are enough, and orders of compositions.
 STAGES = ((1e-3, 5), (1e-5, 6), (3e-7, 7), (0.0, 8))
 ORDERS = ((1e-4, 4), (1e-7, 6), (0.0, 8))

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from ...arguments import Array, file_path
 from ...errors import DomainError, OutputError, quoted
+from .inputs import check_no_input
 from .workplace import alone, synced, undisturbed, workplace
 
 PROBE = 4096  # bytes written to see whether anything can be
@@ -28,7 +29,8 @@ def check_file(path: str | PathLike[str]) -> None:
     Raises
     ------
     OutputError
-        If something else than a regular file is there, or nothing can be written.
+        If something else than a regular file is there, or one that was read, or nothing can be
+        written.
     """
     with refused_as_output(path):
         _probe(_made(_regular(Path(path)).parent))
@@ -41,7 +43,7 @@ def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     ----------
     path : str or path
     names : iterable of str
-        Of the files that will be: nothing else may have them.
+        Of the files that will be: nothing else may have them, nor a file that was read.
 
     Raises
     ------
@@ -64,8 +66,8 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        If something else than a regular file is there, or it cannot be written; what was there is
-        as it was.
+        If something else than a regular file is there, or a file that was read, such as a scene, or
+        it cannot be written; what was there is as it was.
     """
     with refused_as_output(path):
         target = _regular(Path(path))
@@ -193,7 +195,7 @@ def _made(folder: Path) -> Path:
 
 
 def _regular(path: Path) -> Path:
-    """Return where `path` leads; refuse whatever is no regular file there, or may not be changed."""
+    """Return where `path` leads; refuse what is no regular file, may not be changed, or was read."""
     target = Path(os.path.realpath(path))
     try:
         mode = target.stat().st_mode
@@ -204,6 +206,7 @@ def _regular(path: Path) -> Path:
         raise OutputError(path, f"that is {kind}, which is left alone; expected a file, or nothing")
     if not os.access(target, os.W_OK):
         raise OutputError(path, "that file may not be written")
+    check_no_input(path, target)
     return target
 
 

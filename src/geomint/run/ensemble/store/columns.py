@@ -149,7 +149,5 @@ def error_of(text: str) -> GeomintError:
         kind, message = GeomintError, f"{told['type']}: {message}"
     error = kind.__new__(kind)
     error.args = (message,)
-    if issubclass(kind, errors.StepError):
-        told["numbers"]["partial"] = None
     vars(error).update(told["numbers"])
     return error
