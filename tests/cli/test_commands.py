@@ -386,6 +386,7 @@ def test_names_of_geomint_are_its_own(names, first, tmp_path, monkeypatch):
     assert f"of {winner}" in told["scenes"].stdout
     assert f"of {loser}" not in told["scenes"].stdout
     said = "".join(t.stderr for t in told.values()).splitlines()
+    assert {line[:17] for line in said if "is left out" in line} == {"geomint: warning:"}
     for group, taken in TAKEN.items():
         for name in taken:
             for package in names:

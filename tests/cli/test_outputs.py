@@ -359,15 +359,17 @@ def test_a_command_that_goes_on_from_a_saved_run_keeps_it(tmp_path, monkeypatch)
         ("chaos", {}),
     ],
 )
-def test_reports_from_python_keep_their_scene(kind, keys, tmp_path):
-    """Given as a path, or as the scene that was made of it, or changed since."""
+def test_reports_from_python_keep_their_scene(kind, keys, tmp_path, monkeypatch):
+    """Given as a path, or as the scene that was made of it, or changed since; in another folder."""
     files = getattr(report, f"{kind.upper()}_FILES")
     path = tmp_path / files[len(files) // 2]
     text = gi.load_scene("sphere-n3").toml()
     path.write_text(text, "utf-8")
     write = getattr(gi, f"{kind}_report")
-    scene = gi.load_scene(path)
-    for given in (path, scene, scene.changed(time={"t_end": 7.0})):
+    monkeypatch.chdir(tmp_path)
+    scene = gi.load_scene(Path(path.name))
+    monkeypatch.chdir(tmp_path.parent)
+    for given in (scene, path, scene.changed(time={"t_end": 7.0})):
         with pytest.raises(gi.OutputError, match="it is the input") as refused:
             write(given, tmp_path, progress=False, **keys)
         assert refused.value.path == str(path)
