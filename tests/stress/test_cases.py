@@ -1,5 +1,7 @@
 """What is there to stress: cases of all packages, cells for every method."""
 
+from importlib.metadata import entry_points
+
 import pytest
 from stress_support import CASES, EVERY
 
@@ -8,6 +10,11 @@ from geomint.stress import sweep
 from geomint.stress.sweep import Selection, items_of, selected
 
 LARGE = 16  # larger ones take a second to build
+
+
+def test_every_case_of_a_package_is_there():
+    given = [c for point in entry_points(group="geomint.stress") for c in point.load()()]
+    assert sorted(map(repr, CASES)) == sorted(map(repr, given))
 
 
 def test_cells_are_told_apart():

@@ -119,7 +119,7 @@ def stress_cases() -> list[StressCase]:
         cases = list(loaded(point)())
         if not all(isinstance(case, StressCase) for case in cases):
             raise DomainError("cases", cases, "geomint.StressCase objects")
-        return {f"{case.axis.name} {case.system} {case.value!r} {case.n}": case for case in cases}
+        return {f"{c.axis.name} {c.system} {c.text} {c.n} {c.representations}": c for c in cases}
 
     expected = "a function that returns geomint.StressCase objects"
     found = list(offered("geomint.stress", parts=cases_of, expected=expected).values())
