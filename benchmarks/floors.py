@@ -297,6 +297,28 @@ def long_steps_checked() -> Found:
     return Found(seconds[worst], worst)
 
 
+@functools.cache
+def fuzzed() -> dict[str, Any]:
+    """Return what hostile commands, calls and saved runs ended with."""
+    counts = dict.fromkeys(("calls", "commands", "files"), 10000)
+    counts |= dict.fromkeys(("scenes", "runs", "compiled-runs"), 0)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "fuzz.json"
+        given = [word for kind, count in counts.items() for word in (f"--{kind}", str(count))]
+        command = [sys.executable, str(Path(__file__).with_name("fuzz.py")), *given]
+        known = environment(ROOT, CACHE / "fuzz")
+        subprocess.run([*command, "--seed", SEEDS[0], "--out", str(path)], env=known)
+        found: dict[str, Any] = json.loads(path.read_text("utf-8"))["kinds"]
+    return found
+
+
+def hostile(kind: str) -> Found:
+    """Return how many hostile cases of a kind ended as none may."""
+    found = fuzzed()[kind]
+    note = ", ".join(f"{count} {name}" for name, count in found["counts"].items())
+    return Found(len(found["bad"]), f"{note}; seed {SEEDS[0]}")
+
+
 FLOORS: dict[str, dict[str, Floor]] = {
     "ground": {
         "solve": Floor(0.5, lambda: call("solve")),
@@ -329,6 +351,14 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "check": Floor(2.0, long_steps_checked),
         "lines": Floor(44_501, lambda: weight("src", "lines")),
         "tokens": Floor(451_295, lambda: weight("src", "tokens")),
+        "kept": Floor(0, kept_runs),
+    },
+    "files": {
+        "commands": Floor(0, lambda: hostile("commands")),
+        "calls": Floor(0, lambda: hostile("calls")),
+        "saved-runs": Floor(0, lambda: hostile("files")),
+        "lines": Floor(44_104, lambda: weight("src", "lines")),
+        "tokens": Floor(451_292, lambda: weight("src", "tokens")),
         "kept": Floor(0, kept_runs),
     },
     "calls": {

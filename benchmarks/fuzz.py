@@ -1,4 +1,4 @@
-"""Input that nobody means, by the hundred thousand: mutated scenes, short runs of such, mutated calls.
+"""Input that nobody means, by the hundred thousand: scenes, runs, calls, commands, saved runs.
 
 Every case is made by a seed, a kind and a number, done in a process that may hang, crash or take
 too much memory, and ends with one verdict. Writes ``results/fuzz.json``. The tests of
@@ -30,7 +30,7 @@ from geomint.stress.guard import guarded  # noqa: E402
 from machine import describe  # noqa: E402
 
 PACKAGES = ["geomint", "numpy", "scipy", "numba", "pydantic", "click", "tomli_w"]
-KINDS = ("scenes", "runs", "compiled-runs", "calls")
+KINDS = ("scenes", "runs", "compiled-runs", "calls", "commands", "files")
 GROUP = 50  # cases that one process does one after the other
 CAP = 20.0  # seconds after which a case has hung, compilations apart
 SOFT = 4.0  # seconds after which a run is interrupted, as by Ctrl-C
@@ -46,6 +46,14 @@ def verdict(case: Case) -> Judged:
         from calls import call_verdict
 
         return call_verdict(rng, SOFT)
+    if kind == "files":
+        from saved import file_verdict
+
+        return file_verdict(rng)
+    if kind == "commands":
+        from commands import line_verdict
+
+        return line_verdict(rng, SOFT)
     from scenes import mutated_text
 
     if kind == "scenes":
@@ -104,7 +112,7 @@ def swept(kind: str, seed: int, count: int, workers: int) -> dict[str, Any]:
 def main() -> None:
     """Do all kinds, write the JSON, and end with 1 if anything is bad."""
     parser = argparse.ArgumentParser(description=__doc__)
-    for kind, count in zip(KINDS, (2000, 200, 50, 2000), strict=True):
+    for kind, count in zip(KINDS, (2000, 200, 50, 2000, 200, 2000), strict=True):
         parser.add_argument(f"--{kind}", type=int, default=count, metavar="COUNT")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)

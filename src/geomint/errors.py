@@ -424,7 +424,7 @@ class UnknownNameError(GeomintError, KeyError):
 class ByName(dict[str, R]):
     """What a result has by name: a name that it does not have is an `UnknownNameError`."""
 
-    def __init__(self, what: str, values: Mapping[str, R]) -> None:
+    def __init__(self, values: Any = (), what: str = "values") -> None:
         super().__init__(values)
         self.what = what
 

@@ -24,7 +24,10 @@ from geomint.cli import main
 
 __all__ = ["BAD", "VERDICTS", "Judged", "command_verdict", "judged", "only_finite"]
 
-BAD = ("traceback", "hang", "died", "not finite", "stray file", "long message", "disagreement")
+BAD = (
+    *("traceback", "hang", "died", "not finite", "stray file", "long message", "disagreement"),
+    *("deletion", "execution", "silent read"),
+)
 VERDICTS = ("ok", "typed", "interrupted", *BAD)
 LONGEST = 4000  # characters of a message, however much is wrong
 

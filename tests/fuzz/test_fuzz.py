@@ -9,8 +9,10 @@ import judge
 import pytest
 import scenes
 from calls import call_verdict, calls
+from commands import line_verdict
 from hypothesis import given, settings, strategies as st
 from judge import Judged, check_scene, command_verdict, judged, only_finite
+from saved import file_verdict
 
 import geomint as gi
 
@@ -29,6 +31,20 @@ def test_scenes_are_checked(rng: Random) -> None:
 @given(RANDOM)
 def test_calls_are_answered(rng: Random) -> None:
     found = call_verdict(rng, SECONDS)
+    assert not found.bad, found
+
+
+@settings(max_examples=150)
+@given(RANDOM)
+def test_saved_runs_are_refused_or_read(rng: Random) -> None:
+    found = file_verdict(rng)
+    assert not found.bad, found
+
+
+@settings(max_examples=40)
+@given(RANDOM)
+def test_commands_lose_and_run_nothing(rng: Random) -> None:
+    found = line_verdict(rng, SECONDS)
     assert not found.bad, found
 
 

@@ -106,7 +106,7 @@ class SeveralRuns(Compared):
     def __getitem__(self, which: str | int) -> MethodRun:
         if isinstance(which, int):
             return self.runs[which]
-        return ByName("runs", {run.label: run for run in self.runs})[which]
+        return ByName({run.label: run for run in self.runs}, "runs")[which]
 
     def __iter__(self) -> Iterator[MethodRun]:
         return iter(self.runs)

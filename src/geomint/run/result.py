@@ -67,7 +67,7 @@ class Result(Compared):
     newton: bool = False
 
     def __post_init__(self) -> None:
-        self.drift, self.events = ByName("drift", self.drift), ByName("events", self.events)
+        self.drift, self.events = ByName(self.drift, "drift"), ByName(self.events, "events")
 
     @property
     def about(self) -> Problem | StoredProblem:

@@ -137,7 +137,7 @@ class Ensemble(Shown):
     def readings(self) -> Mapping[str, Array]:
         """What was read off every member, by names."""
         found = self.found.readings
-        return found if self.stored is not None else ByName("readings", found)
+        return found if self.stored is not None else ByName(found, "readings")
 
     @property
     def stored(self) -> Any:
@@ -164,12 +164,12 @@ class Ensemble(Shown):
     @property
     def events(self) -> dict[str, list[Any]]:
         """Of each event what there is of it, member by member."""
-        return ByName("events", self.found.met())
+        return ByName(self.found.met(), "events")
 
     @property
     def drift(self) -> dict[str, dict[str, Any]]:
         """Of each observed quantity arrays over the members: what `geomint.Drift` says of it."""
-        return ByName("drift", self.found.drifts())
+        return ByName(self.found.drifts(), "drift")
 
     def single(self, member: int, **more: Any) -> Solution:
         """Return the run of one member alone, to the same bits, with more arguments of `geomint.solve`.
