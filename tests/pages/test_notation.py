@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from blocks import README, page
+from blocks import page
 from catalogue import makers, problems
 
 from geomint import load_scene
@@ -114,16 +114,3 @@ def test_forms_of_the_page_on_systems() -> None:
         assert words == list(problem.forms), name
         seen.add(name)
     assert seen >= makers()
-
-
-def test_forms_of_readme_exist() -> None:
-    """Every form of the README's table of systems is one that some problem has."""
-    text = README.read_text("utf-8").split("## Systems", 1)[1].split("\n## ", 1)[0]
-    words = {
-        w
-        for line in text.splitlines()[2:]
-        if line.startswith("| ")
-        for w in re.findall(r"\w+", line.split("|")[-2])
-    }
-    forms = {form for made in problems(3).values() for p in made for form in p.forms}
-    assert forms <= words

@@ -26,15 +26,15 @@ from .signals import signals_as_ctrl_c
 COMMANDS = {
     "scenes": "List the built-in scenes.",
     "methods": "List the integration methods.",
-    "check": "Say what a scene would compute, how, and why so.",
+    "check": "Check a scene and show the plan of its run.",
     "run": "Integrate a scene and write states and drifts to a NetCDF file.",
-    "drift": "Integrate a scene for long and report how its invariants drift.",
-    "section": "Follow motions of a scene until each has crossed a surface so many times.",
-    "scan": "Integrate a scene with many values of its numbers, or from many states.",
-    "chaos": "Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.",
-    "compare": "Run many methods on one scene: run time against error.",
-    "warm": "Compile what scenes need, so that later commands need not.",
-    "stress": "Drive every method on every system to where it stops working.",
+    "drift": "Integrate a scene for a long time and report the drift of its invariants.",
+    "section": "Compute a Poincaré section of a scene.",
+    "scan": "Integrate a scene for many parameter values or initial states.",
+    "chaos": "Compute Lyapunov exponents of a scene, and whether its motion is chaotic.",
+    "compare": "Compare methods on a scene: run time against error.",
+    "warm": "Compile the code that scenes need, ahead of time.",
+    "stress": "Test every method on every system up to where it fails.",
 }
 
 
@@ -187,7 +187,7 @@ def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
 @click.version_option(__version__, prog_name="geomint")
 @click.option("--debug", is_flag=True, help="Show the traceback of an error.")
 def main(debug: bool) -> None:
-    """Integrate mechanical systems for very long times, and see what they keep.
+    """Integrate mechanical systems for very long times and measure what they conserve.
 
     SCENE is the name of a built-in scene (`geomint scenes`) or the path of a TOML file.
     """
