@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import tables
-from blocks import PAGES, README, ROOT, blocks, page, prose
+from blocks import PAGES, README, ROOT, blocks, page as page_of, prose
 from public_names import with_public_names
 
 import chaplygin
@@ -155,7 +155,7 @@ def any_of(word: re.Match[str]) -> str:
 
 
 def test_every_method_is_listed() -> None:
-    text = page("choose-a-method").read_text("utf-8").split("## All methods", 1)[1]
+    text = page_of("choose-a-method").read_text("utf-8").split("## All methods", 1)[1]
     text = text.split("\n## ", 1)[0]
     rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| ")][1:]
     names, patterns = set(), []
