@@ -18,15 +18,15 @@ SOURCES = Path(__file__).parents[2]  # of a checkout, where this package is used
 @list_option("--moments", of=float, metavar="I1,I2,I3", help="Principal moments of a ball, n = 3.")
 @list_option("--a", of=float, metavar="A1,A2,…", help="Of the special inertia operator, any n.")
 @click.option("--d", "D", type=float, help="D = m ρ².")
-@click.option("--m", type=float, help="Mass.")
-@click.option("--rho", type=float, help="Radius.")
+@click.option("--m", type=float, help="Mass m.")
+@click.option("--rho", type=float, help="Radius ρ.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def inertia(
     moments: Numbers, a: Numbers, D: float | None, m: float | None, rho: float | None
 ) -> None:
-    """Turn principal moments (n = 3) into the paper's a, or a into the operator's entries.
+    """Convert principal moments (n = 3) to the paper's parameters a, or a to inertia entries.
 
-    The special operator is I(E_i∧E_j) = a_i a_j D/(D − a_i a_j); for n = 3 every ball has one.
+    The special inertia operator is I(E_i∧E_j) = a_i a_j D/(D − a_i a_j). For n = 3 every ball has one.
     """
     from .inertia import SpecialInertia, positive_number
     from .rigid_body import warn_of_moments
@@ -78,11 +78,11 @@ def _of_sources(otherwise: click.Command) -> click.Command:
 @_of_sources
 @click.command("audit", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
 def audit() -> None:
-    """Check the paper line by line: every statement, as printed, at random points.
+    """Check every statement of the paper, as printed, at random points.
 
-    The audit is no part of an installation: it lies in tests/paper of the sources. There `python -m
-    tests.paper` runs it, and `python -m tests.paper --help` lists its options. `geomint audit` does
-    the same where geomint was installed from sources with `pip install -e`.
+    The audit is not part of an installation. It is in the folder tests/paper of the sources. There,
+    `python -m tests.paper` runs it, and `python -m tests.paper --help` lists its options. If you
+    install the sources with `pip install -e`, `geomint audit` does the same.
     """
     raise gi.MissingCodeError(
         "the audit of the paper",

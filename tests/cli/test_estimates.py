@@ -159,8 +159,8 @@ def test_titles_do_not_steer_the_terminal(tmp_path):
 
 def test_help_says_what_other_packages_commands_do():
     told = " ".join(invoke("--help").stdout.split())
-    assert "audit Check the paper line by line" in told
-    assert "inertia Turn principal moments" in told
+    assert "audit Check every statement of the paper" in told
+    assert "inertia Convert principal moments" in told
     assert "From chaplygin" not in told
 
 

@@ -28,34 +28,43 @@ def _dimensions(text: str) -> tuple[int, ...]:
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for audit.html, audit.csv, audit.json, audit.png and audit.svg.",
+    help="Write audit.html, audit.csv, audit.json, audit.png and audit.svg to this folder.",
 )
 @paper_option
 @click.option(
-    "--n", "dimensions", metavar="N,N,…", default=DIMENSIONS, show_default=True, help="Dimensions."
+    "--n",
+    "dimensions",
+    metavar="N,N,…",
+    default=DIMENSIONS,
+    show_default=True,
+    help="Dimensions n.",
 )
 @click.option(
     "--points",
     type=click.IntRange(min=1),
     default=20,
     show_default=True,
-    help="Random points for each statement, at least, spread over its dimensions.",
+    help="Least number of random points for each statement, over all dimensions.",
 )
 @click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the points."
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Random seed of the points.",
 )
 @click.option(
     "--markdown",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="File for the table of the docs page.",
+    help="Write the table of the docs page to this file.",
 )
 @click.option(
     "--list",
     "listed",
     type=click.Choice(["findings", "all"]),
-    help="Print claims too: those that do not hold as printed, or all.",
+    help="Also print the statements that do not hold as printed, or all of them.",
 )
-@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@click.option("--quiet", is_flag=True, help="Print no progress and no table.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def audit(
     out: Path | None,
@@ -67,9 +76,9 @@ def audit(
     listed: str | None,
     quiet: bool,
 ) -> int:
-    """Check the paper line by line: every statement, as printed, at random points.
+    """Check every statement of the paper, as printed, at random points.
 
-    Exit code 1 if something holds neither as printed nor as corrected.
+    The exit code is 1 if a statement holds neither as printed nor as corrected.
     """
     chosen = _dimensions(dimensions)
     if listed is not None and quiet:

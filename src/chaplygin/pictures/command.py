@@ -19,23 +19,25 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 
 @click.command("exact")
 @click.argument("scene")
-@options.list_option("--at", "times", of=float, metavar="T,T,…", help="Physical times of states.")
+@options.list_option(
+    "--at", "times", of=float, metavar="T,T,…", help="Print the state at these physical times."
+)
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for exact.html, exact.csv, exact.json, exact.png and exact.svg.",
+    help="Write exact.html, exact.csv, exact.json, exact.png and exact.svg to this folder.",
 )
 @options.paper_option
 @click.option(
     "--animate",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="File (.gif, .html, .mp4) for an animation of the rolling ball, n = 3.",
+    help="Write a film of the rolling ball (n = 3) to this file: .gif, .html or .mp4.",
 )
 @click.option(
     "--frames",
     type=click.IntRange(min=2, max=MOST_FRAMES),
     show_default=str(FRAMES),
-    help="Of the animation.",
+    help="Number of frames of the film.",
 )
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def exact(
@@ -46,10 +48,11 @@ def exact(
     animate: Path | None,
     frames: int | None,
 ) -> None:
-    """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
+    """Solve an integrable scene without steps: frequencies, ovals, states at any time.
 
-    For the Chaplygin sphere with zero momentum, the rubber ball, the ball in R³ with any momentum, and
-    Veselova's problem. Times at which the phase means nothing any more are refused.
+    The command solves the Chaplygin sphere with zero momentum, the rubber ball, the ball in R³ with any
+    momentum, and Veselova's problem. It refuses times so large that rounding errors make the
+    phase meaningless.
     """
     times = times or []
     if not all(map(math.isfinite, times)):

@@ -12,7 +12,7 @@ from .meanwhile import import_meanwhile
 @click.command("chaos")
 @options.scene_choice
 @options.end_options
-@click.option("--count", type=click.IntRange(min=1), help="Exponents, the largest; else all.")
+@click.option("--count", type=click.IntRange(min=1), help="Number of exponents; default: all.")
 @options.folder_option("chaos", "chaos.html, chaos.csv, chaos.json, chaos.png and chaos.svg")
 @options.paper_option
 @options.quiet_option
@@ -20,9 +20,9 @@ from .meanwhile import import_meanwhile
 def command(
     scene: str, count: int | None, out: Path, paper: bool, quiet: bool, **changes: Any
 ) -> int:
-    """Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.
+    """Compute Lyapunov exponents of a scene and test whether its motion is chaotic.
 
-    The end is that of the scene's drift report, unless another one is given.
+    By default the run ends where the drift report of the scene ends.
     """
     from ..errors import StepError
     from ..plan import plan_chaos

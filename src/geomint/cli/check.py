@@ -22,19 +22,19 @@ WIDE = 90  # columns: with fewer, three of words would be too narrow to read
 @click.command("check")
 @options.scene_options
 @options.methods_option
-@click.option("--for-drift", is_flag=True, help="Plan for `geomint drift`, not `geomint run`.")
+@click.option("--for-drift", is_flag=True, help="Plan `geomint drift` instead of `geomint run`.")
 def command(
     scene: str,
     methods: list[str] | None,
     for_drift: bool,
     **changes: Any,
 ) -> None:
-    """Say what a scene would compute, how, why so, and how long it takes. Nothing is integrated.
+    """Check a scene and show how geomint would run it, with reasons and the expected time.
 
-    Only where it may take longer than an hour the first steps are tried, for 0.1 seconds, and a stretch
-    of the motion where a tolerance is given in place of a step.
+    The command does not run the scene. If the run may take more than an hour, the command times the
+    first steps for 0.1 seconds. If a tolerance is given, it integrates a part of the motion.
 
-    With --methods: what `geomint drift` would do with each of them.
+    With --methods, the command shows what `geomint drift` would do with each method.
     """
     from rich.console import Console
     from rich.text import Text

@@ -12,29 +12,28 @@ from . import options
 
 @click.command("compare")
 @click.argument("scene")
-@options.list_option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
-@options.list_option("--steps", of=float, help="Steps; default: a ladder for each method.")
+@options.list_option("--methods", help="Methods, separated by commas, such as gauss-8,cf-4,rk-4.")
+@options.list_option(
+    "--steps", of=float, help="Step sizes, separated by commas; default: chosen for each method."
+)
 @click.option(
     "--repeats",
     type=click.IntRange(min=1),
-    help="Timed runs of each point; default: 3, or fewer where they have taken a second.",
+    help="Number of timed runs of each point; default: 3, or fewer if they take a second.",
 )
 @options.folder_option("report", "compare.html, compare.json and the plots")
 @options.paper_option
 @click.option(
     "--reference",
     type=click.Choice(["auto", "extended", "exact"]),
-    help="The reference: double-double arithmetic, or the exact flow; default: auto, what is faster.",
+    help="Reference by double-double arithmetic or by the exact flow; default: auto, the faster one.",
 )
 @click.option(
     "--peers",
     is_flag=True,
-    help="Run integrators of other packages too, those that are installed and can state the problem.",
+    help="Also run the integrators of other packages that are installed and fit the problem.",
 )
-@options.t_end_option
-@click.option(
-    "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
-)
+@options.end_options
 @options.yes_option
 @options.quiet_option
 @options.debug_option
@@ -52,9 +51,9 @@ def command(
     t_end: float | None,
     tau_end: float | None,
 ) -> int:
-    """Run many methods on one scene: run time against error, drift against time.
+    """Compare methods on a scene: run time against error, drift against time.
 
-    The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
+    The exit code is 2 if a method has no result: it does not fit the scene, or its runs fail.
     """
     from ..arguments import positive
     from ..compare.of_scene import compare_scene, comparison_time, warming

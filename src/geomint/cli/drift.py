@@ -27,10 +27,10 @@ def command(
     quiet: bool,
     **changes: Any,
 ) -> int:
-    """Integrate a scene for long and report how its invariants drift.
+    """Integrate a scene for a long time and report the drift of its invariants.
 
-    With --methods, or methods in the scene's [drift] section, each method runs in the
-    representation that suits it, and one report shows them all.
+    If --methods or the [drift] section of the scene lists several methods, one report shows them all.
+    Each method integrates the representation that suits it.
     """
     from ..kernels.compiling.beside import compiled_beside
     from ..plan import Plan, common_notes, expected_plans, expected_time, run_methods

@@ -26,15 +26,15 @@ from .signals import signals_as_ctrl_c
 COMMANDS = {
     "scenes": "List the built-in scenes.",
     "methods": "List the integration methods.",
-    "check": "Check a scene and show the plan of its run.",
+    "check": "Check a scene and show how geomint would run it.",
     "run": "Integrate a scene and write states and drifts to a NetCDF file.",
     "drift": "Integrate a scene for a long time and report the drift of its invariants.",
     "section": "Compute a Poincaré section of a scene.",
     "scan": "Integrate a scene for many parameter values or initial states.",
-    "chaos": "Compute Lyapunov exponents of a scene, and whether its motion is chaotic.",
+    "chaos": "Compute Lyapunov exponents of a scene and test whether its motion is chaotic.",
     "compare": "Compare methods on a scene: run time against error.",
     "warm": "Compile the code that scenes need, ahead of time.",
-    "stress": "Test every method on every system up to where it fails.",
+    "stress": "Test every method on every system, harder and harder, until it fails.",
 }
 
 

@@ -19,13 +19,13 @@ NAME, WIDE = 39, 110  # columns: of the longest name, and of a terminal with roo
 @click.option(
     "--form",
     metavar="FORM",
-    help="Only those that need this form: field, action, hamiltonian, splitting.",
+    help="List only methods that need this form: field, action, hamiltonian, splitting.",
 )
 def command(form: str | None) -> None:
-    """List the integration methods by family, with what each family preserves.
+    """List the integration methods by family, and what each family conserves.
 
-    A symmetric method of order 2 can be composed to higher order by a suffix: gauss-1-suzuki-4. A wide
-    terminal also shows what each method is.
+    A suffix raises the order of a symmetric method of order 2 by composition: gauss-1-suzuki-4. A wide
+    terminal also describes each method.
     """
     from rich.console import Console
 

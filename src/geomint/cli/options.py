@@ -44,7 +44,6 @@ __all__ = [
     "say_report",
     "scene_choice",
     "scene_options",
-    "t_end_option",
     "taken",
     "tell_failure",
     "yes_option",
@@ -73,33 +72,33 @@ def list_option(
 
 debug_option = click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 
-t_end_option = click.option("--t-end", type=float, help="End in physical time.")
-
 _CHOICE = (
     click.argument("scene"),
-    click.option("--method", metavar="NAME", help="Another method; see `geomint methods`."),
-    click.option("--step", type=float, help="Step in the time that the method works in."),
+    click.option("--method", metavar="NAME", help="Use this method; `geomint methods` lists all."),
+    click.option("--step", type=float, help="Step size, in the time of the problem (t or tau)."),
     click.option(
         "--tolerance",
         type=float,
-        help="In place of a step: the error wanted at the end, relative; with --method auto too.",
+        help="Choose the step for this relative error at the end; --method auto also picks a method.",
     ),
     click.option(
         "--representation",
         metavar="NAME",
-        help="Force a representation of the system; `own` is the scene's own.",
+        help="Integrate this representation of the system; `own` is the one of the scene.",
     ),
 )
 _ENDS = (
-    t_end_option,
-    click.option("--tau-end", type=float, help="End in the reparametrised time of the problem."),
+    click.option("--t-end", type=float, help="End time of the run, in physical time."),
+    click.option(
+        "--tau-end", type=float, help="End time of the run, in the reparametrised time tau."
+    ),
 )
 _WATCHED = (
     list_option(
         "--observe",
         "quantities",
         metavar="LIST",
-        help="Other quantities to watch: names and groups with commas between.",
+        help="Watch these quantities or groups instead of those of the scene, separated by commas.",
     ),
     debug_option,
 )
@@ -107,12 +106,12 @@ _WATCHED = (
 methods_option = list_option(
     "--methods",
     metavar="LIST",
-    help="Several methods for one report, as NAME or NAME:STEP with commas between.",
+    help="Put several methods into one report: NAME or NAME:STEP, separated by commas.",
 )
 
 
 yes_option = click.option(
-    "--yes", is_flag=True, help="Run even if that takes longer than a day by an estimate."
+    "--yes", is_flag=True, help="Run even if the estimated time is more than a day."
 )
 
 
@@ -126,14 +125,14 @@ def _still(context: click.Context, option: click.Parameter, quiet: bool) -> bool
 
 
 quiet_option = click.option(
-    "--quiet", is_flag=True, callback=_still, help="No progress, no summary or table."
+    "--quiet", is_flag=True, callback=_still, help="Print no progress, no summary and no table."
 )
 
 
 paper_option = click.option(
     "--paper",
     is_flag=True,
-    help="Also write what goes into a paper: figures as PDF, table and caption in LaTeX, BibTeX, data.",
+    help="Also write files for a paper: figures as PDF, table and caption in LaTeX, BibTeX, data.",
 )
 
 
@@ -144,7 +143,7 @@ def folder_option(default: str, files: str) -> Callable[..., Any]:
         default=default,
         show_default=True,
         type=click.Path(file_okay=False, path_type=Path),
-        help=f"Folder for {files}.",
+        help=f"Write {files} to this folder.",
     )
 
 

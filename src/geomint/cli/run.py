@@ -13,7 +13,7 @@ from . import options
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="NetCDF file to write, or NAME.csv for states alone; default: named after the scene.",
+    help="Write to this NetCDF file, or only the states to NAME.csv; default: named after the scene.",
 )
 @options.yes_option
 @options.quiet_option

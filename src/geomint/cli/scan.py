@@ -25,24 +25,24 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
     multiple=True,
     metavar="KEY=A:B:N",
     callback=_pairs,
-    help="N values from A to B of a number of [system] or [initial], such as D or gamma[2]; "
-    "A:B:N:log, or numbers with commas between. Twice for a map.",
+    help="Vary a number of [system] or [initial], such as D or gamma[2], with N values from A to B. "
+    "Or write A:B:N:log, or values separated by commas. Give --vary twice for a map.",
 )
 @click.option(
-    "--draws", type=click.IntRange(min=1), help="Random states, by the invariant measure."
+    "--draws", type=click.IntRange(min=1), help="Random states to draw from the invariant measure."
 )
 @options.list_option(
-    "--keep", metavar="LIST", help="Quantities that draws have as the scene's state has."
+    "--keep", metavar="LIST", help="Give random states the scene's values of these quantities."
 )
-@click.option("--temperature", type=float, help="Draws have the weight exp(−energy/temperature).")
-@click.option("--seed", type=click.IntRange(min=0), help="Of the draws.")
+@click.option("--temperature", type=float, help="Weight random states by exp(−energy/temperature).")
+@click.option("--seed", type=click.IntRange(min=0), help="Random seed of the states.")
 @options.list_option(
     "--show",
     metavar="LIST",
-    help="What is read off: final:NAME, drift:NAME, lowest:, highest:, mean:, digits:, frequency:, "
-    "exponent (with its error, and whether it is above 0).",
+    help="Results to plot: final:NAME, drift:NAME, lowest:NAME, highest:NAME, mean:NAME, digits:NAME, "
+    "frequency:NAME, exponent (the largest Lyapunov exponent, with its error).",
 )
-@click.option("--workers", type=click.IntRange(min=1), help="Threads; else as many as cores.")
+@click.option("--workers", type=click.IntRange(min=1), help="Threads to use; default: all cores.")
 @options.folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")
 @options.paper_option
 @options.quiet_option
@@ -50,9 +50,9 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
 def command(
     scene: str, workers: int | None, out: Path, paper: bool, quiet: bool, **keys: Any
 ) -> int:
-    """Integrate a scene with many values of its numbers, or from many states, and chart the outcome.
+    """Integrate a scene for many parameter values or initial states and plot the results.
 
-    The end is the scene's own, unless another one is given.
+    By default all runs end at the end time of the scene.
     """
     from ..plan import plan_scan
     from ..report import SCAN_FILES

@@ -7,7 +7,7 @@ WIDE = 100  # columns
 
 @click.command("scenes")
 def command() -> None:
-    """List the built-in scenes; on a wide terminal with their systems."""
+    """List the built-in scenes; a wide terminal also shows their systems."""
     from rich.console import Console
     from rich.table import Column
 

@@ -12,14 +12,14 @@ from .meanwhile import import_meanwhile
 @click.command("section")
 @options.scene_choice
 @click.option(
-    "--event", metavar="NAME", help="One of [events], a component (gamma[2]), a quantity."
+    "--event", metavar="NAME", help="Surface: one of [events], a component (gamma[2]), a quantity."
 )
-@click.option("--direction", type=click.Choice(["up", "down", "both"]), help="Of its changes.")
-@click.option("--level", type=float, help="The value that is looked for.")
-@click.option("--points", type=click.IntRange(min=1), help="Points of each motion.")
-@click.option("--motions", type=click.IntRange(min=1), help="The scene's and others of its energy.")
-@click.option("--seed", type=click.IntRange(min=0), help="Of the other motions.")
-@options.list_option("--axes", metavar="X,Y", help="Components or quantities of the picture.")
+@click.option("--direction", type=click.Choice(["up", "down", "both"]), help="Crossings to count.")
+@click.option("--level", type=float, help="Value of the event on the surface.")
+@click.option("--points", type=click.IntRange(min=1), help="Number of points of each motion.")
+@click.option("--motions", type=click.IntRange(min=1), help="Motions, all of the scene's energy.")
+@click.option("--seed", type=click.IntRange(min=0), help="Random seed of the other motions.")
+@options.list_option("--axes", metavar="X,Y", help="Plot these two components or quantities.")
 @click.option("--exact", is_flag=True, help="Follow the exact flow, without steps.")
 @options.folder_option(
     "section", "section.html, section.csv, section.json, section.png and section.svg"
@@ -28,10 +28,10 @@ from .meanwhile import import_meanwhile
 @options.quiet_option
 @options.debug_option
 def command(scene: str, exact: bool, out: Path, paper: bool, quiet: bool, **keys: Any) -> int:
-    """Follow motions of a scene until each has crossed a surface so many times.
+    """Compute a Poincaré section of a scene.
 
-    The scene's own end is not used, but for the step that meets a tolerance there: motions are followed
-    until they have their points, or do not cross for a million steps.
+    Each motion ends when it has all its points, or when it has not crossed the surface for a million
+    steps. A tolerance holds at the end time of the scene, which has no other effect.
     """
     from ..plan import plan_section
     from ..report import SECTION_FILES

@@ -9,18 +9,24 @@ from . import options
 
 @click.command("stress")
 @options.folder_option("stress", "stress.html, stress.json, stress.png and stress.svg")
-@options.list_option("--methods", help="Names with commas between; default: all.")
-@options.list_option("--systems", help="Names with commas between; default: all.")
-@options.list_option("--axis", help="Names with commas between; default: all.")
-@click.option("--quick", is_flag=True, help="A small part, in less than a minute.")
+@options.list_option("--methods", help="Methods, separated by commas; default: all.")
+@options.list_option("--systems", help="Systems, separated by commas; default: all.")
+@options.list_option("--axis", help="Axes of the map, separated by commas; default: all.")
+@click.option("--quick", is_flag=True, help="Run a small part, in less than a minute.")
 @click.option(
     "--seconds",
     type=click.FloatRange(min=0.0, min_open=True),
     default=60.0,
     show_default=True,
-    help="Cap of a cell.",
+    help="Time limit of one test, in seconds.",
 )
-@click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    default=2,
+    show_default=True,
+    help="Number of processes.",
+)
 @options.quiet_option
 @options.debug_option
 def command(
@@ -33,10 +39,10 @@ def command(
     workers: int,
     quiet: bool,
 ) -> int:
-    """Drive every method on every system to where it stops working, and map that.
+    """Test every method on every system, harder and harder, until it fails.
 
-    The exit code is 1 if anything forbidden happened: a number that is not finite, an accuracy or a
-    kept quantity lost without a word, an error without a type, a hang.
+    The exit code is 1 if geomint returns a number that is not finite, loses accuracy or a conserved
+    quantity without a warning, raises an error without a type, or hangs.
     """
     from ..report import STRESS_FILES
     from ..run.files.outputs import check_folder

@@ -13,15 +13,15 @@ _UNCHANGED = {"method": None, "step": None}
 @click.command("warm")
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @options.list_option(
-    "--methods", metavar="LIST", help="Methods with commas between; default: those of each scene."
+    "--methods", metavar="LIST", help="Methods, separated by commas; default: those of each scene."
 )
 @options.quiet_option
 @options.debug_option
 def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> None:
-    """Compile what scenes need, so that later commands need not.
+    """Compile the code that scenes need, ahead of time.
 
-    What `geomint run` and `geomint drift` of these scenes, or else of all built-in ones, run is
-    compiled and kept in the cache. A scene that cannot be run does not end the others.
+    `geomint run` and `geomint drift` of these scenes then load the code from the cache. Without SCENE,
+    the command compiles the code of all built-in scenes. If a scene fails, the others continue.
     """
     from ..plan.several import warm
     from ..scene import load_scene, scene_names
