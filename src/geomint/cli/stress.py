@@ -21,11 +21,7 @@ from . import options
     help="Time limit of one test, in seconds.",
 )
 @click.option(
-    "--workers",
-    type=click.IntRange(1),
-    default=2,
-    show_default=True,
-    help="Number of processes.",
+    "--workers", type=click.IntRange(1), default=2, show_default=True, help="Number of processes."
 )
 @options.quiet_option
 @options.debug_option
