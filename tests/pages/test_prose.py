@@ -1,11 +1,21 @@
-"""A paragraph of a page is one line."""
+"""A paragraph of a page is one line; the front door is in plain words."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
+import click
 import pytest
+from blocks import page
 from prose import WRITTEN, joined
+
+from geomint.cli import main
+
+# Words for which "How we write" in CONTRIBUTING has plainer ones.
+NOT_PLAIN = re.compile(
+    r"\b(?:(?:is|are) told|says so|of (?:one's|its|their) own|beside|anew|what is [^.,]*, that)\b"
+)
 
 
 @pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.stem)
@@ -22,3 +32,16 @@ def test_what_is_joined() -> None:
     figure = "```{figure} a.png\n:alt: b\n\nOne\ntwo.\n```\n"
     assert joined(figure) == figure.replace("One\ntwo", "One two")
     assert joined("one\ntwo\n\n- a\n  b\n- c\n") == "one two\n\n- a b\n- c\n"
+
+
+def test_the_front_door_is_plain() -> None:
+    """README, start page, and the help of all commands, in which every option has a text."""
+    readme = page("README").read_text("utf-8")
+    assert len(readme.split()) <= 900
+    texts, context = [readme, page("index").read_text("utf-8")], click.Context(main)
+    for command in (main, *(main.get_command(context, n) for n in main.list_commands(context))):
+        assert command is not None
+        texts.append(command.get_help(click.Context(command)))
+        for option in command.params:
+            assert not isinstance(option, click.Option) or option.hidden or option.help, option
+    assert NOT_PLAIN.findall(" ".join(" ".join(texts).lower().split())) == []
