@@ -24,7 +24,7 @@ SOURCES = Path(__file__).parents[2]  # of a checkout, where this package is used
 def inertia(
     moments: Numbers, a: Numbers, D: float | None, m: float | None, rho: float | None
 ) -> None:
-    """Convert principal moments (n = 3) to the paper's parameters a, or a to inertia entries.
+    """Convert principal moments of inertia (n = 3) to the parameters `a` of a sphere, or back.
 
     The special inertia operator is I(E_i∧E_j) = a_i a_j D/(D − a_i a_j). For n = 3 every ball has one.
     """
@@ -78,7 +78,7 @@ def _of_sources(otherwise: click.Command) -> click.Command:
 @_of_sources
 @click.command("audit", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
 def audit() -> None:
-    """Check every statement of the paper, as printed, at random points.
+    """Check the formulas of Jovanović's paper at random points.
 
     The audit is not part of an installation. It is in the folder tests/paper of the sources. There,
     `python -m tests.paper` runs it, and `python -m tests.paper --help` lists its options. If you

@@ -159,7 +159,7 @@ def test_titles_do_not_steer_the_terminal(tmp_path):
 
 def test_help_says_what_other_packages_commands_do():
     told = " ".join(invoke("--help").stdout.split())
-    assert "audit Check every statement of the paper" in told
+    assert "audit Check the formulas of Jovanović's paper" in told
     assert "inertia Convert principal moments" in told
     assert "From chaplygin" not in told
 

@@ -47,7 +47,8 @@ def against_heyoka() -> Iterator[tuple[str, str]]:
     yield "README", f"at tolerance 1e-9 from {table['states']} random states"
     yield (
         "README",
-        f"takes between {min(ratios):.2g} and {max(ratios):.2g} times as long as geomint",
+        f"takes on average {min(ratios):.2g} (short runs of small systems) to "
+        f"{max(ratios):.2g} times (large systems) as long as geomint",
     )
 
 

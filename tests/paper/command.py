@@ -76,7 +76,7 @@ def audit(
     listed: str | None,
     quiet: bool,
 ) -> int:
-    """Check every statement of the paper, as printed, at random points.
+    """Check the formulas of Jovanović's paper at random points.
 
     The exit code is 1 if a statement holds neither as printed nor as corrected.
     """

@@ -48,7 +48,7 @@ def exact(
     animate: Path | None,
     frames: int | None,
 ) -> None:
-    """Solve an integrable scene without steps: frequencies, ovals, states at any time.
+    """Solve an integrable scene by formulas: frequencies, states at any time.
 
     The command solves the Chaplygin sphere with zero momentum, the rubber ball, the ball in R³ with any
     momentum, and Veselova's problem. It refuses times so large that rounding errors make the

@@ -31,8 +31,8 @@ def command(
 ) -> None:
     """Check a scene and show how geomint would run it, with reasons and the expected time.
 
-    The command does not run the scene. If the run may take more than an hour, the command times the
-    first steps for 0.1 seconds. If a tolerance is given, it integrates a part of the motion.
+    The command does not run the scene. If the run may take more than an hour, it runs for 0.1 seconds
+    to estimate the time. With --tolerance it integrates a short part of the motion to find the step.
 
     With --methods, the command shows what `geomint drift` would do with each method.
     """

@@ -19,19 +19,19 @@ from . import options
 @click.option(
     "--repeats",
     type=click.IntRange(min=1),
-    help="Number of timed runs of each point; default: 3, or fewer if they take a second.",
+    help="Number of timed runs of each point; default: 3, or fewer if one takes a second.",
 )
 @options.folder_option("report", "compare.html, compare.json and the plots")
 @options.paper_option
 @click.option(
     "--reference",
     type=click.Choice(["auto", "extended", "exact"]),
-    help="Reference by double-double arithmetic or by the exact flow; default: auto, the faster one.",
+    help="Reference solution: by double-double arithmetic, by the exact flow, or the faster one.",
 )
 @click.option(
     "--peers",
     is_flag=True,
-    help="Also run the integrators of other packages that are installed and fit the problem.",
+    help="Also run integrators of other installed packages that can solve the problem.",
 )
 @options.end_options
 @options.yes_option

@@ -33,8 +33,8 @@ COMMANDS = {
     "scan": "Integrate a scene for many parameter values or initial states.",
     "chaos": "Compute Lyapunov exponents of a scene and test whether its motion is chaotic.",
     "compare": "Compare methods on a scene: run time against error.",
-    "warm": "Compile the code that scenes need, ahead of time.",
-    "stress": "Test every method on every system, harder and harder, until it fails.",
+    "warm": "Compile the code of scenes now, so that later runs start at once.",
+    "stress": "Test all methods on all systems until each fails.",
 }
 
 

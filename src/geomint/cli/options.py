@@ -79,26 +79,24 @@ _CHOICE = (
     click.option(
         "--tolerance",
         type=float,
-        help="Choose the step for this relative error at the end; --method auto also picks a method.",
+        help="Relative error of the final state; chooses the step, and with --method auto the method.",
     ),
     click.option(
         "--representation",
         metavar="NAME",
-        help="Integrate this representation of the system; `own` is the one of the scene.",
+        help="Form of the equations to integrate; `own` is the form of the scene.",
     ),
 )
 _ENDS = (
-    click.option("--t-end", type=float, help="End time of the run, in physical time."),
-    click.option(
-        "--tau-end", type=float, help="End time of the run, in the reparametrised time tau."
-    ),
+    click.option("--t-end", type=float, help="End time t (physical time)."),
+    click.option("--tau-end", type=float, help="End time tau, in scenes that use tau."),
 )
 _WATCHED = (
     list_option(
         "--observe",
         "quantities",
         metavar="LIST",
-        help="Watch these quantities or groups instead of those of the scene, separated by commas.",
+        help="Quantities or groups to measure instead of those of the scene, separated by commas.",
     ),
     debug_option,
 )
@@ -106,7 +104,7 @@ _WATCHED = (
 methods_option = list_option(
     "--methods",
     metavar="LIST",
-    help="Put several methods into one report: NAME or NAME:STEP, separated by commas.",
+    help="Several methods: NAME or NAME:STEP, separated by commas; without --method and --step.",
 )
 
 

@@ -13,7 +13,7 @@ from . import options
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write to this NetCDF file, or only the states to NAME.csv; default: named after the scene.",
+    help="Output file: NAME.nc, or NAME.csv for states only; default: SCENE.nc.",
 )
 @options.yes_option
 @options.quiet_option

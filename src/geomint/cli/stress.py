@@ -35,7 +35,7 @@ def command(
     workers: int,
     quiet: bool,
 ) -> int:
-    """Test every method on every system, harder and harder, until it fails.
+    """Test all methods on all systems until each fails.
 
     The exit code is 1 if geomint returns a number that is not finite, loses accuracy or a conserved
     quantity without a warning, raises an error without a type, or hangs.

@@ -18,7 +18,7 @@ _UNCHANGED = {"method": None, "step": None}
 @options.quiet_option
 @options.debug_option
 def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> None:
-    """Compile the code that scenes need, ahead of time.
+    """Compile the code of scenes now, so that later runs start at once.
 
     `geomint run` and `geomint drift` of these scenes then load the code from the cache. Without SCENE,
     the command compiles the code of all built-in scenes. If a scene fails, the others continue.
