@@ -139,8 +139,7 @@ class SpecialInertia:
             raise gi.DomainError("a", a, expected)
         if not np.isfinite(1.0 / values).all() or values.min() * values.min() == 0.0:
             raise gi.DomainError("a", a, "numbers whose products neither vanish nor overflow")
-        object.__setattr__(self, "a", _frozen(values))
-        object.__setattr__(self, "D", scale)
+        vars(self).update(a=_frozen(values), D=scale)
 
     @classmethod
     def from_moments(cls, moments: Any, D: Any) -> SpecialInertia:
@@ -256,9 +255,8 @@ class GeneralInertia:
         if not least > (0.0 if is_diagonal else rows * np.finfo(float).eps * largest):
             expected = f"a positive definite operator; its least eigenvalue is {least:.17g}"
             raise gi.DomainError("inertia", values, expected)
-        object.__setattr__(self, "matrix", _frozen(matrix))
-        object.__setattr__(self, "n", n)
-        object.__setattr__(self, "diagonal", _frozen(diagonal) if is_diagonal else None)
+        kept = _frozen(diagonal) if is_diagonal else None
+        vars(self).update(matrix=_frozen(matrix), n=n, diagonal=kept)
 
     @classmethod
     def from_mass_tensor(cls, J: Any) -> GeneralInertia:

@@ -83,17 +83,13 @@ class Ball:
     moments: Array
 
     def __init__(self, mass: Any, radius: Any, moments: Any) -> None:
-        object.__setattr__(self, "mass", positive_number("mass", mass))
-        object.__setattr__(self, "radius", positive_number("radius", radius))
+        mass, radius = positive_number("mass", mass), positive_number("radius", radius)
         values = as_array("moments", moments, "three numbers or a matrix, in kg m²")
         values.flags.writeable = False
-        object.__setattr__(self, "moments", values)
-        object.__setattr__(self, "_sphere", self._checked())
-
-    def _checked(self) -> ChaplyginSphere:
-        if self.moments.shape in ((3,), (3, 3)) and np.isfinite(self.moments).all():
-            check_inside(self.moments, self.mass, self.radius)
-        return ChaplyginSphere.from_moments(self.moments, self.mass, self.radius)
+        if values.shape in ((3,), (3, 3)) and np.isfinite(values).all():
+            check_inside(values, mass, radius)
+        sphere = ChaplyginSphere.from_moments(values, mass, radius)
+        vars(self).update(mass=mass, radius=radius, moments=values, _sphere=sphere)
 
     @property
     def sphere(self) -> ChaplyginSphere:

@@ -71,8 +71,7 @@ class ChaplyginSphere:
         scale = scale_of(operator, D)
         if isinstance(operator, GeneralInertia):
             operator = operator.special(scale) or operator
-        object.__setattr__(self, "inertia", operator)
-        object.__setattr__(self, "D", scale)
+        vars(self).update(inertia=operator, D=scale)
 
     @classmethod
     def from_tensor(cls, J: Any, m: Any, rho: Any) -> ChaplyginSphere:

@@ -66,9 +66,7 @@ class RubberSphere:
             total = GeneralInertia(inertia.diagonal + scale)
         else:
             total = GeneralInertia(inertia.matrix + scale * np.eye(len(inertia.matrix)))
-        object.__setattr__(self, "inertia", inertia)
-        object.__setattr__(self, "D", scale)
-        object.__setattr__(self, "total", total)
+        vars(self).update(inertia=inertia, D=scale, total=total)
 
     @classmethod
     def from_moments(cls, moments: Any, D: Any) -> RubberSphere:

@@ -52,8 +52,7 @@ class Veselova:
     D: float
 
     def __init__(self, a: Any, D: Any = 1.0) -> None:
-        object.__setattr__(self, "a", positive_vector("a", a))
-        object.__setattr__(self, "D", positive_number("D", D))
+        vars(self).update(a=positive_vector("a", a), D=positive_number("D", D))
 
     @classmethod
     def from_moments(cls, moments: Any, D: Any = 1.0) -> Veselova:
@@ -123,8 +122,7 @@ class VeselovaLR:
 
     def __init__(self, inertia: Any, r: Any = 1) -> None:
         inertia = operator_of(inertia)
-        object.__setattr__(self, "inertia", inertia)
-        object.__setattr__(self, "r", frame_count(r, inertia.n))
+        vars(self).update(inertia=inertia, r=frame_count(r, inertia.n))
 
     @classmethod
     def from_a(cls, a: Any, r: Any = 1) -> VeselovaLR:

@@ -138,8 +138,7 @@ class Method(ABC):
 
     def _set(self, **attributes: Any) -> None:
         """Set what a frozen dataclass finds out when it is made: canonical fields, attributes."""
-        for name, value in attributes.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(attributes)
 
     @property
     def options(self) -> dict[str, Any]:

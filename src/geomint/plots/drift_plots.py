@@ -118,8 +118,10 @@ def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
         say(axes, "exactly 0 throughout")
         axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
     axes.plot(times[shown], means[shown], label="_", **line_style(0, len(times), 1))
-    if drift.drift_class == "linear" and _clear(drift):
-        trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
+    slope, error = drift.slope or 0.0, drift.slope_stderr
+    # The growth may be in the amplitude alone.
+    if drift.drift_class == "linear" and error is not None and abs(slope) > 3.0 * error:
+        trend = means[shown].mean() + slope * (times - times[shown].mean())
         axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
         axes.legend(loc="best")
     for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
@@ -129,10 +131,3 @@ def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
     axes.locator_params(axis="x", nbins=5)
-
-
-def _clear(drift: Drift) -> bool:
-    """Tell whether the means have a slope that shows: the growth may be in the amplitude alone."""
-    if drift.slope is None or drift.slope_stderr is None:
-        return False
-    return abs(drift.slope) > 3.0 * drift.slope_stderr

@@ -50,7 +50,7 @@ MARGIN = 1.6  # radii around the trace
 AROUND = 4.0  # radii that are seen beside a ball that is followed
 TAIL = 0.25  # of the frames: the trail of a direction
 Rows = Integers
-CIRCLES = (COLOURS[0], COLOURS[1], COLOURS[2])
+CIRCLES = COLOURS[:3]
 
 
 class Scene(Protocol):

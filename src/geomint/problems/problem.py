@@ -126,11 +126,11 @@ class Problem(Shown, Sendable):
 
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "parameters": Mapping})
-        object.__setattr__(self, "params", flat("params", self.params))
-        object.__setattr__(self, "parameters", _own_parameters(self.parameters))
+        params, parameters = flat("params", self.params), _own_parameters(self.parameters)
+        vars(self).update(params=params, parameters=parameters)
         _check_text("name", self.name)
-        object.__setattr__(self, "equations", _lines(self.equations))
-        object.__setattr__(self, "references", checked_references(self.references))
+        equations = _lines(self.equations)
+        vars(self).update(equations=equations, references=checked_references(self.references))
         check_types(self, {"units": Mapping})
         object.__setattr__(self, "units", dict(self.units))
         for name, unit in self.units.items():
@@ -138,8 +138,8 @@ class Problem(Shown, Sendable):
             _check_text(f"units[{name!r}]", unit)
         if self.space is not None:
             self._stand_on(self.space)
-        object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
-        object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
+        work = whole("work", self.work, 0, MOST_NUMBERS)
+        vars(self).update(work=work, pieces=_checked_pieces(self.pieces))
         if not (isinstance(self.time, str) and self.time in ("t", "tau")):
             raise DomainError("time", self.time, "'t' or 'tau'")
         self._check_functions()
@@ -165,8 +165,7 @@ class Problem(Shown, Sendable):
             density = self.measure.log_density
             base = self.measure.base
             taken["measure"] = Measure(density, space.manifold, space.conditions, base)
-        for name, value in taken.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(taken)
 
     def _check_functions(self) -> None:
         check_recorded(self, optional=("field", "clock"))

@@ -147,7 +147,7 @@ def _mathematics(character: str) -> str | None:
         return rf"\mathcal{{{plain}}}"
     if "DOUBLE-STRUCK" in name and plain.isascii():
         return rf"\mathbb{{{plain}}}"
-    if name.startswith("GREEK SMALL LETTER") or name.startswith("GREEK CAPITAL LETTER"):
+    if name.startswith(("GREEK SMALL LETTER", "GREEK CAPITAL LETTER")):
         return _greek(name)
     return None
 

@@ -61,8 +61,8 @@ def chaos_lines(title: str, record: Record) -> list[str]:
     ]
     if record["all"]:
         rows.append(("sum", f"{number(record['sum'], 2):>11}", ""))
-    time = "τ" if record["time"] == "tau" else "t"
-    run = f"{record['steps']} steps by {record['method']} to {time} = {record['end']:.6g}"
+    run = f"{record['steps']} steps by {record['method']} to "
+    run += f"{symbol(record['time'])} = {record['end']:.6g}"
     lines = [title, run, *(f"  {name:4}{value}{error}" for name, value, error in rows)]
     if record["alignment"] is not None:
         lines.append(f"  alignment index {record['alignment']:.2g}")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison
@@ -128,12 +128,13 @@ def _turns(points: list[Record]) -> list[str]:
 
 def _best(points: list[Record]) -> list[Record]:
     """Return for each of some powers of ten the fastest point with at most that error."""
-    rows = []
-    for exponent in WANTED:
-        fit = [p for p in points if p["bound"] is not None and p["bound"] <= 10.0**exponent]
-        if fit:
-            rows.append({"exponent": exponent, **min(fit, key=lambda p: p["seconds"])})
-    return rows
+    found = {exponent: _fastest(points, exponent) for exponent in WANTED}
+    return [{"exponent": exponent, **point} for exponent, point in found.items() if point]
+
+
+def _fastest(points: list[Record], exponent: int) -> Record | None:
+    fit = [p for p in points if p["bound"] is not None and p["bound"] <= 10.0**exponent]
+    return min(fit, key=itemgetter("seconds"), default=None)
 
 
 def reference_text(reference: Record) -> list[str]:
@@ -191,7 +192,7 @@ def compare_paper(
         _table(record, orders),
         facts,
         citation,
-        _rows(record),
+        [KEYS, *map(itemgetter(*KEYS), record["points"])],
         provenance["command"],
     )
 
@@ -204,17 +205,6 @@ def _table(record: Record, orders: Mapping[str, FittedOrder]) -> Table:
     for method in dict.fromkeys(point["method"] for point in record["points"]):
         own = [p for p in record["points"] if p["method"] == method]
         fitted = orders[method].text if method in orders else "—"
-        times = [_fastest(own, 10.0**k) for k in wanted]
+        times = [number(p and p["seconds"], 2) for p in (_fastest(own, k) for k in wanted)]
         rows.append([method, str(own[0]["order"]), fitted, *times])
     return Table(columns, rows)
-
-
-def _fastest(points: list[Record], error: float) -> str:
-    fit = [p["seconds"] for p in points if p["bound"] is not None and p["bound"] <= error]
-    return number(min(fit), 2) if fit else "—"
-
-
-def _rows(record: Record) -> Iterator[tuple[Any, ...]]:
-    yield KEYS
-    for point in record["points"]:
-        yield tuple(point[key] for key in KEYS)

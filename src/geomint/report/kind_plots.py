@@ -110,8 +110,7 @@ def draw_own_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Ax
     ]
     title = KINDS[kind].title
     draw_lines(axes, title, lines, ROUNDOFF, result.time_label, relative=True)
-    handles = len(lines)
-    axes.legend(loc="lower left", ncols=2 if handles > 3 else 1, fontsize=7)
+    axes.legend(loc="lower left", ncols=2 if len(lines) > 3 else 1, fontsize=7)
 
 
 def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:

@@ -59,9 +59,9 @@ def motion_words(result: SeveralRuns) -> str:
     if motion is None:
         return ""
     stretch = motion.stretch
-    name = "τ" if stretch.time == "tau" else "t"
-    end = f"The first turns, {name} = {stretch.times[0]:.4g} … {stretch.times[-1]:.4g}"
-    return f"{end}, by {motion.method}{'; ' if stretch.note else ''}{stretch.note}."
+    times = f"{symbol(stretch.time)} = {stretch.times[0]:.4g} … {stretch.times[-1]:.4g}"
+    told = f"{'; ' if stretch.note else ''}{stretch.note}"
+    return f"The first turns, {times}, by {motion.method}{told}."
 
 
 def _planes(motion: FirstTurns) -> Iterator[MotionDraw]:
@@ -133,5 +133,4 @@ def _curve(axes: Axes, curves: Curves, motion: FirstTurns) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, handlelength=1.4,
                 columnspacing=1.0, borderaxespad=0.1)  # fmt: skip
     time = motion.stretch.time
-    unit = motion.problem.unit(time)
-    axes.set_xlabel(f"{'τ' if time == 'tau' else 't'} ({unit})")
+    axes.set_xlabel(f"{symbol(time)} ({motion.problem.unit(time)})")
