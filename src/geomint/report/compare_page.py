@@ -205,6 +205,7 @@ def _table(record: Record, orders: Mapping[str, FittedOrder]) -> Table:
     for method in dict.fromkeys(point["method"] for point in record["points"]):
         own = [p for p in record["points"] if p["method"] == method]
         fitted = orders[method].text if method in orders else "—"
-        times = [number(p and p["seconds"], 2) for p in (_fastest(own, k) for k in wanted)]
+        fastest = [_fastest(own, k) for k in wanted]
+        times = [number(None if p is None else p["seconds"], 2) for p in fastest]
         rows.append([method, str(own[0]["order"]), fitted, *times])
     return Table(columns, rows)
