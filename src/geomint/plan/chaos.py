@@ -56,8 +56,7 @@ def plan_chaos(scene: Scene, count: int | None = None) -> ChaosPlan:
     if content.integrate.exact or scene.method.adaptive:
         name = "the exact flow" if content.integrate.exact else repr(scene.method.name)
         raise FormError(f"exponents are those of steps of one length, which {name} does not take")
-    named = content.integrate.representation
-    route = asked.route(asked.own if named in (None, "own") else str(named))
+    route = asked.route(asked.representation or asked.own)
     obstacle = unfit(route.problem, scene.method, {})
     if obstacle:
         raise FormError(f"{route.name!r} {obstacle}: choose another method or representation")

@@ -118,6 +118,12 @@ class Asked(Compared):
         """The name of the scene's own representation."""
         return next(iter(self.model.problems))
 
+    @property
+    def representation(self) -> str | None:
+        """The name of the representation that is asked for, if one is."""
+        named = self.content.integrate.representation
+        return self.own if named == "own" else named
+
     def route(self, name: str) -> Route:
         """Return the way that integrates a representation itself."""
         problem, state = self.model.problems[name], self.model.states[name]

@@ -26,8 +26,7 @@ def choose_exact(c: Asked) -> Choice[Route | None] | None:
         reason = "[save] every counts steps"
     if reason:
         return Choice("exact flow", None, "not taken", reason)
-    name = c.content.integrate.representation
-    first = c.route(c.own if name in (None, "own") else str(name))
+    first = c.route(c.representation or c.own)
     refused = f"no representation of {c.content.system.name!r} has one that gives {first.asked}"
     # States at events are not mapped back.
     others = () if c.content.events else c.model.reductions

@@ -68,7 +68,7 @@ def told_representation(route: Route, reason: str) -> Choice[Route]:
 
 
 def _asked(c: Asked, asked: str, unfitting: Reasons, against: Reasons) -> Choice[Route]:
-    name = c.own if asked == "own" else asked
+    name = c.representation or asked
     if against[name] and (unfitting[name] or c.purpose != "drift"):
         problem = c.model.problems[name]
         has = f"It has {', '.join(quantities_of(problem))}"
@@ -201,15 +201,10 @@ def _saving(c: Asked, first: Route, way: Route, costs: dict[str, Cost]) -> str:
     if c.purpose == "run":
         words.append(f"saved states are those of {first.name} again")
     else:
-        words.append(
-            f"nothing observed needs {_alternatives(gone)}" if gone else "all observed is there"
-        )
+        alternatives = " or ".join(filter(None, [", ".join(gone[:-1]), *gone[-1:]]))
+        words.append(f"nothing observed needs {alternatives}" if gone else "all observed is there")
     compared = _compared(costs, first.name, way.name)
     return f"{first.name} → {way.name}: {', '.join(words)}: {compared}"
-
-
-def _alternatives(names: list[str]) -> str:
-    return " or ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
 def _compared(costs: dict[str, Cost], first: str, name: str) -> str:
@@ -241,8 +236,8 @@ def route_with(
     FormError
         If there is none.
     """
-    asked, own = c.content.integrate.representation, c.route(c.own)
-    wanted = list(c.model.problems) if asked is None else [c.own if asked == "own" else asked]
+    own = c.route(c.own)
+    wanted = list(c.model.problems) if c.representation is None else [c.representation]
     obstacles = {}
     for name in wanted:
         problem = c.model.problems[name]
