@@ -100,14 +100,10 @@ class InvariantMeasure(StepsAgain):
         )
         return sweep.call(stepper.compiled, density=density, **carried.arguments)
 
-    @property
-    def deviation(self) -> float:
-        """The standard deviation that rounding has given to the sum so far."""
-        return float(np.sqrt(self._carried.kept("variance")[0]))
-
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the level below which nothing can be seen."""
-        noise = DEVIATIONS * self.deviation + float(self._carried.kept("bias")[0])
+        deviation = float(np.sqrt(self._carried.kept("variance")[0]))  # by rounding, so far
+        noise = DEVIATIONS * deviation + float(self._carried.kept("bias")[0])
         ends = self._density_scale + self._measure.conditions
         return float(ends + noise / ROUNDOFF)
 

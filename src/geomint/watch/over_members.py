@@ -118,9 +118,9 @@ def _halves(some: Array, edges: Array) -> list[Array]:
 
 def _drawn(squares: Array, seed: int) -> Array:
     """Return mean squares over samples of the members, shape (samples, windows)."""
-    groups = np.array([part.mean(axis=0) for part in np.array_split(squares, _groups(squares))])
-    sizes = np.array([len(part) for part in np.array_split(np.arange(len(squares)), len(groups))])
-    count = len(groups)
+    count = min(len(squares), GROUPS)
+    parts = np.array_split(squares, count)
+    groups, sizes = np.array([part.mean(axis=0) for part in parts]), np.array([*map(len, parts)])
     times = np.random.default_rng(seed).multinomial(count, np.full(count, 1.0 / count), DRAWN)
     weights = times * sizes
     # A sample has as many members as there are: its variance is (count − 1)/count of what is sought.
@@ -128,10 +128,6 @@ def _drawn(squares: Array, seed: int) -> Array:
     means = weights @ groups / weights.sum(axis=1, keepdims=True)
     mean = squares.mean(axis=0)
     return np.maximum(mean + spread * (means - mean), 1e-3 * mean)
-
-
-def _groups(squares: Array) -> int:
-    return min(len(squares), GROUPS)
 
 
 def _fits(rms: Array, edges: Array, part: Array) -> tuple[Array, Array]:
