@@ -85,13 +85,11 @@ def wedge(x: Array, y: Array) -> Array:
 
 
 def vector_of_triangle(flat: Array) -> Array:
-    """Return the 3-vector of a flat triangle under the hat map (iso)."""
-    return np.array([-flat[2], flat[1], -flat[0]])
+    """Return the 3-vector of a flat triangle under the hat map (iso), or of each in the last axis."""
+    return flat[..., ::-1] * np.array([-1.0, 1.0, -1.0])
 
 
-def triangle_of_vector(x: Array) -> Array:
-    """Return the flat triangle of the hat map (iso) of a 3-vector."""
-    return np.array([-x[2], x[1], -x[0]])
+triangle_of_vector = vector_of_triangle  # the map is its own inverse
 
 
 def skew_components(name: str, value: Any, n: int, vector: bool = False) -> Array:

@@ -56,7 +56,7 @@ def integrated_path(
     def path(t: Array, states: Array) -> gi.BodyPath:
         found = [physical(y) for y in states]
         gamma = np.array([one["gamma"] for one in found])
-        k = np.array([vector_of_triangle(one["k"]) for one in found])
+        k = vector_of_triangle(np.array([one["k"] for one in found]))
         omega = _omega(inverse, D, k, gamma)
         g = _turned(t, omega, gamma) if frame is None else states[:, frame].reshape(-1, 3, 3)
         velocity = np.einsum("kij,kj->ki", g, np.cross(omega, gamma))[:, :2]

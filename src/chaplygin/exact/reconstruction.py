@@ -17,7 +17,7 @@ import geomint as gi
 from geomint.arguments import as_array
 
 from ..inertia import positive_number
-from ..manifold import PARALLEL, Array, upright
+from ..manifold import PARALLEL, Array, triangle_of_vector, upright
 from .classical import ExactBall
 from .numbers import MadeOfNumbers
 
@@ -117,10 +117,9 @@ class ContactPath(MadeOfNumbers):
         """
         vectors = self.exact(t)
         k, gamma = vectors[..., :3], vectors[..., 3:]
-        triangle = np.stack([-k[..., 2], k[..., 1], -k[..., 0]], axis=-1)
         g = self._attitude(vectors)
         flat = g.reshape(*g.shape[:-2], 9)
-        return np.concatenate([triangle, gamma, flat, self.contact(t)], axis=-1)
+        return np.concatenate([triangle_of_vector(k), gamma, flat, self.contact(t)], axis=-1)
 
     @property
     def drift(self) -> Array:
