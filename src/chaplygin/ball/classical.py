@@ -21,7 +21,6 @@ import numpy as np
 
 import geomint as gi
 from geomint import fma, log, section, sqrt
-from geomint.arguments import switch
 from geomint.problems.spaces.sphere import product as product_of
 
 from ..exact.motions import exact_ball
@@ -30,7 +29,7 @@ from ..initial_states import initial_momentum
 from ..literature import CLASSICAL_BALL
 from ..manifold import Array, Arrays, Named, skew_components, triangle_of_vector, vector_of_triangle
 from .path import integrated_path
-from .rolling_states import own_attitude
+from .rolling_states import has_attitude, own_attitude
 
 # D; diagonals of B and W, and what is beside them; what else a problem has
 Classical = namedtuple("Classical", "D B W B_rest W_rest own")
@@ -216,10 +215,8 @@ def classical_problem(
     geomint.DomainError
         If n is not 3; from ``state`` and ``canonical`` for what describes no state.
     """
-    tensor, attitude = inertia_tensor(inertia), switch("attitude", attitude)
+    tensor, attitude = inertia_tensor(inertia), has_attitude(attitude, k0)
     space = gi.Product(*VECTORS.factors, *([gi.Rotations(3)] if attitude else []))
-    if k0 is not None and not attitude:
-        raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     own = () if k0 is None else vector_of_triangle(skew_components("k0", k0, 3, vector=True))
     full, params = classical_parameters(tensor, D, own)
     forms, b = classical_forms(full), section(params, DIAGONAL, "B").data

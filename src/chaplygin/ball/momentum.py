@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.arguments import switch
 
 from ..exact.motions import exact_turn
 from ..inertia import Inertia, parameters_of
@@ -23,7 +22,7 @@ from ..literature import BALL
 from ..manifold import Array, Arrays, Named, triangle_rows
 from .fields import ball_forms, ball_integrals, ball_parameters, ball_work
 from .path import integrated_path
-from .rolling_states import initial_attitude, own_attitude
+from .rolling_states import has_attitude, initial_attitude, own_attitude
 
 
 def ball_problem(inertia: Inertia, D: float, attitude: bool = False, k0: Any = None) -> gi.Problem:
@@ -50,10 +49,8 @@ def ball_problem(inertia: Inertia, D: float, attitude: bool = False, k0: Any = N
     """
     n = inertia.n
     size = triangle_rows(n)
-    attitude = switch("attitude", attitude)
+    attitude = has_attitude(attitude, k0)
     space = gi.Product(gi.Skew(n), gi.Sphere(n), *([gi.Rotations(n)] if attitude else []))
-    if k0 is not None and not attitude:
-        raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         last = own_attitude(g, attitude, n)

@@ -6,6 +6,7 @@ import numpy as np
 
 import geomint as gi
 from geomint import as_vector
+from geomint.arguments import switch
 
 from ..inertia import GeneralInertia, Inertia, SpecialInertia, positive_number
 from ..initial_states import initial_momentum
@@ -76,6 +77,13 @@ def initial_attitude(gamma: Any, g: Any, n: int) -> tuple[Array, Array]:
     if gamma is not None:
         admit_vertical(gi.Sphere(n).point(gamma), attitude)
     return attitude[-n:].copy(), attitude
+
+
+def has_attitude(attitude: Any, k0: Any) -> bool:
+    """Return whether a problem carries the attitude, which a spatial momentum k_0 needs."""
+    if not switch("attitude", attitude) and k0 is not None:
+        raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
+    return bool(attitude)
 
 
 def own_attitude(g: Any, attitude: bool, n: int) -> list[Array]:
