@@ -30,11 +30,7 @@ def positive_number(name: str, value: Any) -> float:
 
 def positive_vector(name: str, value: Any) -> Array:
     """Return n ≥ 2 positive numbers whose inverses are finite too, or raise `geomint.DomainError`."""
-    n = _count(name, value)
-    if n < 2:
-        raise gi.DomainError(name, value, "n ≥ 2 numbers")
-    check_dimension(name, n)
-    values = as_vector(name, value, n)
+    values = _vector(name, value)
     with np.errstate(over="ignore", divide="ignore"):
         good = (values > 0.0) & np.isfinite(1.0 / values)
     if not good.all():
@@ -42,6 +38,14 @@ def positive_vector(name: str, value: Any) -> Array:
             name, value, f"positive numbers; {name}[{int(np.argmin(good))}] is not"
         )
     return _frozen(values)
+
+
+def _vector(name: str, value: Any) -> Array:
+    n = _count(name, value)
+    if n < 2:
+        raise gi.DomainError(name, value, "n ≥ 2 numbers")
+    check_dimension(name, n)
+    return as_vector(name, value, n)
 
 
 def _frozen(array: Any) -> Array:
@@ -123,11 +127,7 @@ class SpecialInertia:
     D: float
 
     def __init__(self, a: Any, D: Any) -> None:
-        n = _count("a", a)
-        if n < 2:
-            raise gi.DomainError("a", a, "n ≥ 2 numbers")
-        check_dimension("a", n)
-        values, scale = as_vector("a", a, n), positive_number("D", D)
+        values, scale = _vector("a", a), positive_number("D", D)
         if not (values > 0.0).all():
             raise gi.DomainError("a", a, f"positive numbers; a[{int(np.argmin(values))}] is not")
         order = np.argsort(values)

@@ -95,9 +95,8 @@ class ExactFlow(MadeOfNumbers):
 
     def _begin(self, packed: Any, gamma: Array, p_tilde: Array) -> Array:
         """Find the angles and signs of the start; return the state there, and Newton's last step."""
-        position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
-        theta = theta_of(self.axes, self.torus, position, momentum)
-        self.start = linear_angles(self.torus, theta, psi)
+        position, momentum, *_ = self.axes.components(gamma, p_tilde)
+        self.start = self._angles(gamma, p_tilde)
         start_at(packed, start=self.start)
         found = evaluated(at_tau, self._params, np.zeros(1), state_rows(len(gamma)), self._work)
         signs = component_signs(self.axes, position, momentum, found[:-1])
