@@ -17,7 +17,7 @@ from ..kernels.compiling.signatures import (
     VALUE,
 )
 from ..problems.forms import Group
-from ..problems.quadrature import field_beside, generator_beside, group_beside
+from ..problems.quadrature import generator_beside, group_beside
 from .binding import no_clock
 from .method import Start
 
@@ -38,7 +38,8 @@ def field_of(s: Start) -> tuple[Bound, int, Array, int]:
     if not s.clock:
         return bind(problem.field, FIELD, params=m, y=n, out=n), n, s.y0, problem.work
     assert problem.clock is not None
-    field = bind(field_beside(problem.field, problem.clock, n), FIELD, params=m, y=n + 1, out=n + 1)
+    both = generator_beside(problem.field, problem.clock, n, n)
+    field = bind(both, FIELD, params=m, y=n + 1, out=n + 1)
     return field, n + 1, np.append(s.y0, 0.0), problem.work
 
 

@@ -20,14 +20,12 @@ from .groups import translations
 from .problem import Problem
 
 
-def field_beside(f: Recorded, rate: Recorded, rows: int) -> Recorded:
-    """Return a field of `rows` rows with one more, which moves at the rate of an observable."""
-    return generator_beside(f, rate, rows, rows)
-
-
 @functools.cache
 def generator_beside(f: Recorded, rate: Recorded, rows: int, algebra_rows: int) -> Recorded:
-    """Return a generator with one more row, by which the group of `group_beside` moves the number."""
+    """Return a field or generator with one more row, which moves at the rate of an observable.
+
+    By that of a generator the group of `group_beside` moves the number.
+    """
 
     def beside(params, t, y, out, work):
         state = fixed_rows(part(y, 0, rows), rows)
@@ -104,7 +102,7 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
         problem,
         space=None,
         pieces=(*problem.pieces, (name, 1)),
-        field=None if own is None else field_beside(own, rate, rows),
+        field=None if own is None else generator_beside(own, rate, rows, rows),
         action=None if action is None else _beside(action, rate, rows),
         hamiltonian=None,
         splitting=None,
