@@ -84,6 +84,8 @@ _ACCENTS = {
 }
 _MATH_ACCENTS = {"\u0307": r"\dot", "\u0303": r"\tilde", "\u0304": r"\bar", "\u0308": r"\ddot",
                  "\u20d7": r"\vec", "\u0302": r"\hat"}  # fmt: skip
+_CAPITALS = ("gamma", "delta", "theta", "lamda", "xi", "pi", "sigma", "upsilon", "phi", "psi",
+             "omega")  # fmt: skip
 _POWER = re.compile(r"(?P<number>\([^()]*\)|[−-]?\d+(?:\.\d+)?)e(?P<power>[+-]?\d+)")
 
 
@@ -157,20 +159,7 @@ def _greek(name: str) -> str | None:
     letter = name.rsplit(" ", 1)[1].lower()
     if name.startswith("GREEK SMALL LETTER"):
         return "o" if letter == "omicron" else f"\\{letter.replace('lamda', 'lambda')} "
-    known = {
-        "gamma",
-        "delta",
-        "theta",
-        "lamda",
-        "xi",
-        "pi",
-        "sigma",
-        "upsilon",
-        "phi",
-        "psi",
-        "omega",
-    }
-    if letter in known:
+    if letter in _CAPITALS:
         return f"\\{letter.replace('lamda', 'lambda').capitalize()} "
     return {"eta": "H", "rho": "P", "chi": "X", "nu": "N"}.get(letter, letter[0].upper())
 

@@ -13,6 +13,8 @@ from .latex import latex
 __all__ = ["Reference", "checked_references"]
 
 KINDS = ("article", "book", "incollection", "misc")
+IN_BIBTEX = ("journal", "booktitle", "publisher", "series", "edition", "volume", "number", "pages",
+             "note")  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,18 +120,7 @@ class Reference:
             "title": f"{{{latex(self.title)}}}",
             "year": str(self.year or ""),
         }
-        for name in (
-            "journal",
-            "booktitle",
-            "publisher",
-            "series",
-            "edition",
-            "volume",
-            "number",
-            "pages",
-            "note",
-        ):
-            fields[name] = latex(getattr(self, name))
+        fields |= {name: latex(getattr(self, name)) for name in IN_BIBTEX}
         fields["doi"] = self.doi
         fields |= {"eprint": self.arxiv, "archiveprefix": "arXiv" if self.arxiv else ""}
         lines = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
