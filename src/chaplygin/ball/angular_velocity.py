@@ -84,7 +84,7 @@ def apply_to_gamma(n, triangle, gamma, out):
         x, total = gamma[i], out[i]
         for j in range(i + 1, n):
             total += triangle[at] * gamma[j]
-            out[j] = out[j] - triangle[at] * x
+            out[j] -= triangle[at] * x
             at += 1
         out[i] = total
 
@@ -149,7 +149,7 @@ def special_omega(n, params, k, gamma, omega, work):
     for i in range(n):
         c, x = work[i], gamma[i]
         for j in range(i + 1, n):
-            omega[at] = omega[at] - C[at] * (c * gamma[j] - x * work[j])
+            omega[at] -= C[at] * (c * gamma[j] - x * work[j])
             at += 1
 
 
@@ -178,8 +178,8 @@ def spread_omega(n, params, k, gamma, omega, work):
                 z = gamma[m]
                 t = z * kij - y * k[im] + x * k[jm]
                 total += b[m] * z * t
-                omega[im] = omega[im] - bj * t
-                omega[jm] = omega[jm] + bi * t
+                omega[im] -= bj * t
+                omega[jm] += bi * t
                 im += 1
                 jm += 1
             omega[ij] = total
@@ -209,9 +209,9 @@ def solve_in_place(n, s, v):
         for i in range(n - 1, j, -1):
             m = s[i * n + j] * r
             for c in range(j + 1, i + 1):
-                s[i * n + c] = s[i * n + c] - m * s[c * n + j]
+                s[i * n + c] -= m * s[c * n + j]
             s[i * n + j] = m
-            v[i] = v[i] - m * x
+            v[i] -= m * x
     for j in range(n - 1, -1, -1):
         total = v[j] * s[j * n + j]
         for i in range(j + 1, n):
@@ -247,7 +247,7 @@ def diagonal_omega(n, params, k, gamma, omega, work):
         for j in range(i + 1, n):
             y, c = gamma[j], C[at]
             total += c * (q * y * y)
-            s[j * n + j] = s[j * n + j] + c * (qx * x)
+            s[j * n + j] += c * (qx * x)
             s[j * n + i] = -c * (qx * y)
             at += 1
         s[i * n + i] = total
@@ -256,7 +256,7 @@ def diagonal_omega(n, params, k, gamma, omega, work):
     for i in range(n):
         c, x = q * v[i], q * gamma[i]
         for j in range(i + 1, n):
-            omega[at] = omega[at] - C[at] * (c * gamma[j] - x * v[j])
+            omega[at] -= C[at] * (c * gamma[j] - x * v[j])
             at += 1
 
 
@@ -278,7 +278,7 @@ def full_omega(n, params, k, gamma, omega, work):
                 c = C[r * rows + pair]
                 total += c * k[pair]
                 entry += c * gamma[j]
-                g[r * n + j] = g[r * n + j] - c * x
+                g[r * n + j] -= c * x
                 pair += 1
             g[r * n + i] = entry
         omega[r] = total
@@ -291,11 +291,11 @@ def full_omega(n, params, k, gamma, omega, work):
         for j in range(i + 1, n):
             x, y = q * gamma[i], q * gamma[j]
             for c in range(n):
-                s[i * n + c] = s[i * n + c] + y * g[r * n + c]
-                s[j * n + c] = s[j * n + c] - x * g[r * n + c]
+                s[i * n + c] += y * g[r * n + c]
+                s[j * n + c] -= x * g[r * n + c]
             r += 1
     for i in range(n):
-        s[i * n + i] = s[i * n + i] + 1.0
+        s[i * n + i] += 1.0
     solve_in_place(n, s, v)
     for r in range(rows):
-        omega[r] = omega[r] - q * inner(n, part(g, r * n, n), v)
+        omega[r] -= q * inner(n, part(g, r * n, n), v)

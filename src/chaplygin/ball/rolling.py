@@ -75,7 +75,7 @@ def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
         pair = 0
         for i in range(n):
             for j in range(i + 1, n):
-                z[pair] = z[pair] + scale * (u[i] * gamma[j] - gamma[i] * u[j])
+                z[pair] += scale * (u[i] * gamma[j] - gamma[i] * u[j])
                 pair += 1
         return observable(params, t, z, after(work, used))
 

@@ -94,10 +94,10 @@ def clebsch_forms(n: int) -> Named:
         for i in range(n):
             for j in range(i + 1, n):
                 w = c[at] * (q[i] * v[j] - q[j] * v[i])
-                dq[i] = dq[i] - w * q[j]
-                dq[j] = dq[j] + w * q[i]
-                dv[i] = dv[i] - w * v[j]
-                dv[j] = dv[j] + w * v[i]
+                dq[i] -= w * q[j]
+                dq[j] += w * q[i]
+                dv[i] -= w * v[j]
+                dv[j] += w * v[i]
                 at += 1
 
     def clebsch_field(params, t, y, out, work):
@@ -106,7 +106,7 @@ def clebsch_forms(n: int) -> Named:
         turned(c, q, v, gi.part(out, 0, n), gi.part(out, n, n))
         lam = weighted(n, d, q, q) / inner(n, q, q)
         for i in range(n):
-            out[n + i] = out[n + i] + (lam - d[i]) * q[i]
+            out[n + i] += (lam - d[i]) * q[i]
 
     def clebsch_gradients(params, t, q, p, dq, dp, work):
         """Both gradients of H + ½(q, p)², whose hidden constraint is (q, p) = 0."""
@@ -114,7 +114,7 @@ def clebsch_forms(n: int) -> Named:
         turned(c, q, p, dp, dq)
         qp = inner(n, q, p)
         for i in range(n):
-            dp[i] = dp[i] + qp * q[i]
+            dp[i] += qp * q[i]
             dq[i] = d[i] * q[i] + qp * p[i] - dq[i]
 
     def clebsch_energy(params, t, y, work):

@@ -133,7 +133,7 @@ def weighted_product(n: int, first: int, second: int) -> Any:
         b = inverse_squares(params, n)
         total = weighted(n, b, part(y, first, n), part(y, second, n))
         if first == second:
-            total = total - 1.0
+            total -= 1.0
         return total
 
     return gi.observable(weighted_vectors)

@@ -106,7 +106,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> Named:
         turn(n, w, left, torque, rest)
         apply(total_inertia(params), rate, left)
         for i in range(size):
-            left[i] = left[i] - torque[i]
+            left[i] -= torque[i]
         return sqrt(about_vertical(n, left, part(y, square - n, n), rest))
 
     def rubber_log_density(params, t, y, work):

@@ -95,8 +95,8 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
                         pair += 1
                         sa, sb, ta, tb = x[s * n + a], x[s * n + b], x[t * n + a], x[t * n + b]
                         aa, bb = (t * n + a) * rows + s * n + a, (t * n + b) * rows + s * n + b
-                        matrix[aa] = matrix[aa] + moment * (sb * tb)
-                        matrix[bb] = matrix[bb] + moment * (sa * ta)
+                        matrix[aa] += moment * (sb * tb)
+                        matrix[bb] += moment * (sa * ta)
                         matrix[(t * n + b) * rows + s * n + a] = -moment * (sb * ta)
                         matrix[(t * n + a) * rows + s * n + b] = -moment * (sa * tb)
 
@@ -112,10 +112,10 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
                 for a in range(n):
                     for b in range(n):
                         entry = (t * n + b) * rows + s * n + a
-                        matrix[entry] = matrix[entry] + c * (x[s * n + b] * x[t * n + a])
+                        matrix[entry] += c * (x[s * n + b] * x[t * n + a])
                         if s == t:
                             for u in range(r):
-                                matrix[entry] = matrix[entry] + c * (x[u * n + b] * x[u * n + a])
+                                matrix[entry] += c * (x[u * n + b] * x[u * n + a])
         for t in range(r):
             apply_to_gamma(n, k, part(x, t * n, n), part(z, t * n, n))
         for i in range(rows):

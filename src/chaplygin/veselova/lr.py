@@ -65,7 +65,7 @@ def lr_forms(full: bool, n: int, r: int) -> Named:
         torque, _ = accelerated(params, y, rate, rest)
         apply(section(params, BOUND, "inertia"), rate, left)
         for i in range(size):
-            left[i] = left[i] - torque[i]
+            left[i] -= torque[i]
         return left, after(work, 4 * size)
 
     reacted = gi.helper(react)

@@ -28,9 +28,9 @@ def solve_near_one(n: int, a, b):
         for i in range(k + 1, n):
             factor = a[i * n + k] * pivot
             for j in range(k + 1, n):
-                a[i * n + j] = a[i * n + j] - factor * a[k * n + j]
+                a[i * n + j] -= factor * a[k * n + j]
             for j in range(n):
-                b[i * n + j] = b[i * n + j] - factor * b[k * n + j]
+                b[i * n + j] -= factor * b[k * n + j]
     for k in range(n - 1, -1, -1):
         pivot = 1.0 / a[k * n + k]
         for j in range(n):

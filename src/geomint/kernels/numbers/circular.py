@@ -38,10 +38,10 @@ def quarter(x):
     q = s * s
     odd = fma(s, -1.98412698298579493134e-04, 8.33333333332248946124e-03)
     high = fma(s, -2.50507602534068634195e-08, 2.75573137070700676789e-06)
-    odd = odd + q * fma(q, 1.58969099521155010221e-10, high)
+    odd += q * fma(q, 1.58969099521155010221e-10, high)
     cube = s * r
     rest = s * fma(-cube, odd, 0.5 * low) - low
-    rest = rest + cube * 1.66666666666666324348e-01
+    rest += cube * 1.66666666666666324348e-01
     high = fma(s, -1.13596475577881948265e-11, 2.08757232129817482790e-09)
     high = fma(s, -2.75573143513906633035e-07, 2.48015872894767294178e-05) + q * high
     even = s * (fma(s, -1.38888888888741095749e-03, 4.16666666666666019037e-02) + q * high)
@@ -50,7 +50,7 @@ def quarter(x):
     cosine, cosine_low = summed(first, ((1.0 - first) - half) + fma(s, even, -(r * low)))
     sine, sine_low = summed(r, -rest)
     missed = fma(r, r, -s)  # of the square: sine and cosine alone do without
-    sine_low = sine_low - (fma(s, r, -cube) + r * missed) * 1.66666666666666324348e-01
+    sine_low -= (fma(s, r, -cube) + r * missed) * 1.66666666666666324348e-01
     return k, sine, sine_low, cosine, cosine_low - 0.5 * missed
 
 

@@ -98,7 +98,7 @@ def _renormalised(s, e):
 def _add(x, y):
     s, e = _two_sum(_hi(x), _hi(y))
     t, f = _two_sum(_lo(x), _lo(y))
-    e = e + t
+    e += t
     total = s + e
     rest = (e - (total - s)) + f
     return _renormalised(total, rest)
@@ -117,7 +117,7 @@ def _subtract(x, y):
 @njit
 def _multiply(x, y):
     p, e = multiplied(_hi(x), _hi(y))
-    e = e + (_hi(x) * _lo(y) + _lo(x) * _hi(y))
+    e += _hi(x) * _lo(y) + _lo(x) * _hi(y)
     return _renormalised(p, e)
 
 

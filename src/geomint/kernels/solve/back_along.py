@@ -89,7 +89,7 @@ def back_along(
             factor_whole(conditions, matrix, order)
             solve_whole(conditions, matrix, order, off)
             for c in range(conditions):
-                own[c] = own[c] + off[c]
+                own[c] += off[c]
 
 
 BACK_ALONG = Bound(back_along, of_header(back_along, values=FIELD))

@@ -93,7 +93,7 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
                 at += stages
                 act(layout, v, Y, step, scratch)
                 for r in range(n):
-                    move[r] = move[r] + step[r]
+                    move[r] += step[r]
                     Y[r] = y[r] + move[r]
             if i < stages:
                 generator_out = part(xi, i * d, d)

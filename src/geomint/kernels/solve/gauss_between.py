@@ -60,7 +60,7 @@ def gauss_polynomial(groups: int) -> Recorded:
             for k in range(powers):
                 terms = S[k * groups] * stages[r]
                 for g in range(1, groups):
-                    terms = terms + S[k * groups + g] * stages[g * rows + r]
+                    terms += S[k * groups + g] * stages[g * rows + r]
                 p0, p1 = lane(terms, 0) + lane(terms, 7), lane(terms, 1) + lane(terms, 6)
                 p2, p3 = lane(terms, 2) + lane(terms, 5), lane(terms, 3) + lane(terms, 4)
                 out[r * powers + k] = (p0 + p3) + (p1 + p2)

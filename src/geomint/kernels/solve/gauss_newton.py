@@ -58,7 +58,7 @@ def simplified(field, jacobians, params, s, t, h, tolerance, groups: int, rows: 
         lack = size_of_change(s, groups, rows)
         solve_mean(s, groups, rows)
         for i in range(groups * rows):
-            s.L[i] = s.L[i] - s.change[i]
+            s.L[i] -= s.change[i]
         if not last <= COARSE:
             plain_scales(s.pieces, s.y, s.L, groups, s.scales)
         delta = size_of_change(s, groups, rows)

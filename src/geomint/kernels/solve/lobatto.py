@@ -168,7 +168,7 @@ def lobatto_step(
             push_along_normals(impulses, -inverse_h, L, weights, coarse, lam, own, n, m)
         else:
             for a in range(m):
-                lam[a] = lam[a] - inverse_h * combine(impulses, g[a], zero)
+                lam[a] -= inverse_h * combine(impulses, g[a], zero)
         for i in range(n):
             push = weights * dq[i]
             L[i] = along(n, m, i, G, lam) - push
@@ -215,12 +215,12 @@ def push_along_normals(impulses, per, L, weights, coarse: bool, lam, own: Work, 
     for a in range(m):
         by[a] = across(n, a, own.G1, aim)
         if coarse:
-            by[a] = by[a] + across(n, a, own.response, hold)
+            by[a] += across(n, a, own.response, hold)
             lam[a] = zero
     contract(n, m, own.G1, own.response, own.matrix)
     solve_small(m, own.matrix, by)
     for a in range(m):
-        lam[a] = lam[a] + by[a]
+        lam[a] += by[a]
 
 
 @helper
@@ -253,14 +253,14 @@ def finish(
             without = increment(L, i, 1, n)
             pushed = lane(P[i], 0) - (p[i] + (carry_p[i] + without))
             by[i] = zero + pushed
-            L[i] = L[i] + final * pushed
+            L[i] += final * pushed
             add_compensated(p, carry_p, i, without + pushed)
         contract(n, m, G, G, own.matrix)
         for a in range(m):
             g[a] = across(n, a, G, by)
         solve_small(m, own.matrix, g)
         for a in range(m):
-            lam[a] = lam[a] + final * g[a]
+            lam[a] += final * g[a]
         if len(kept.clock) > 0:
             by[0] = passed
             add_compensated(kept.clock, part(kept.carry, 2 * n, 1), 0, increment(by, 0, 1, n))

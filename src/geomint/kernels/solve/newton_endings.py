@@ -69,7 +69,7 @@ def rounding(field, params, s, t, h, whole: bool, groups: int, rows: int) -> tup
             s.jacobian[i] = plain(s.F[i])
             turned = turned + TURN if turned + TURN <= 1.0 else turned + TURN - 2.0
             moved = tiny * (turned + s.c[g])
-            s.Y[i] = s.Y[i] + moved * (s.Y[i] + 0.5 * s.L[i])
+            s.Y[i] += moved * (s.Y[i] + 0.5 * s.L[i])
         field(
             params, t + s.c[g] * h, part(s.Y, g * rows, rows), part(s.F, g * rows, rows), s.scratch
         )
@@ -129,7 +129,7 @@ def slopes_solved(field, jacobians, params, s, t, h, cap: int, groups: int, rows
         for i in range(groups * rows):
             scale = top(s.scales[i % rows])
             slopes = s.change[i] - like(plain(s.change[i]), s.change[i])
-            s.L[i] = s.L[i] - slopes
+            s.L[i] -= slopes
             moved = maximum(top(magnitude(slopes)) * scale, moved)
             own = s.L[i] - like(plain(s.L[i]), s.L[i])
             size = maximum(top(magnitude(own)) * scale, size)

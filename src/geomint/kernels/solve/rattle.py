@@ -72,7 +72,7 @@ def add_normal_response(gradients, params, t, q, p, dp, G, scale, own: Work, n: 
         gradients(params, t, q, shifted, dq_shifted, dp_shifted, own.scratch)
         for i in range(n):
             rate = inverse * (dp_shifted[i] - dp[i])
-            out[a * n + i] = out[a * n + i] + scale * rate
+            out[a * n + i] += scale * rate
 
 
 @helper
@@ -121,8 +121,8 @@ def project_momentum(gradients, params, t, own: Work, n: int, m: int):
             by = along(n, m, i, G, defect)
             size = maximum(abs(plain(p[i])), size)
             change = maximum(abs(plain(by)), change)
-            p[i] = p[i] - select(going > 0.0, by, 0.0 * by)
-        change = change * inverse_size(size)
+            p[i] -= select(going > 0.0, by, 0.0 * by)
+        change *= inverse_size(size)
         last = select(going > 0.0, change, last)
         if iteration > 0:
             held = select((change <= CLEAN) | (held > 0.0), held + 1.0, held)
@@ -236,7 +236,7 @@ def rattle_step(
             if not top(left) <= CLEAN:
                 return NOT_CONVERGED if finite(top(left)) else NOT_FINITE, NEWTON, top(left)
             for i in range(n):
-                dq1[i] = dq1[i] + (P[i] - dq0[i])
+                dq1[i] += P[i] - dq0[i]
             moved = top(plain(largest(n, dq1))) if m > 1 else 0.0
             if m > 1 and lost_rank(m, matrix, n, p, dq1, moved, dp0, 2.0 * half):
                 return LOST_RANK, iteration + 1, moved

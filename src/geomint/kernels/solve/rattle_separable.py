@@ -79,7 +79,7 @@ def project_on_manifold(
         if not finite(size):
             return NOT_FINITE, iteration + 1, size
         for a in range(m):
-            g[a] = g[a] + across(n, a, G, rest)
+            g[a] += across(n, a, G, rest)
         solve_small(m, matrix, g)
         delta = zero
         for i in range(n):
@@ -151,7 +151,7 @@ def separable_rattle_step(
     solve_small(m, matrix, g)
     worst = 0.0 * step
     for i in range(n):
-        kick[i] = kick[i] - along(n, m, i, G1, g)
+        kick[i] -= along(n, m, i, G1, g)
         worst = maximum(abs(kick[i]), worst)
     largest = top(worst)
     if not finite(largest):

@@ -77,7 +77,7 @@ def dexpinv_series(
             for r in range(rows):
                 a[r] = b[r]
                 if numerators[k] != 0.0:
-                    out[r] = out[r] + numerators[k] * a[r] / denominators[k]
+                    out[r] += numerators[k] * a[r] / denominators[k]
 
     series = helper(dexpinv)
     if extent is None:

@@ -18,8 +18,8 @@ def solve_small(m: int, matrix, right):
         for i in range(k + 1, m):
             factor = matrix[i * m + k] / matrix[k * m + k]
             for j in range(k + 1, m):
-                matrix[i * m + j] = matrix[i * m + j] - factor * matrix[k * m + j]
-            right[i] = right[i] - factor * right[k]
+                matrix[i * m + j] -= factor * matrix[k * m + j]
+            right[i] -= factor * right[k]
     for back in range(m):
         k = m - 1 - back
         total = right[k]

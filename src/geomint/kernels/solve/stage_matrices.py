@@ -105,10 +105,10 @@ def factor_whole(n: int, matrix, order):
             factor = matrix[i * width + k] * inverse
             matrix[i * width + k] = factor
             for j in range(k + 1, ends):
-                matrix[i * width + j] = matrix[i * width + j] - factor * matrix[k * width + j]
+                matrix[i * width + j] -= factor * matrix[k * width + j]
             other = as_lanes(matrix, i * width, width // LANES)
             for j in range(first, width // LANES):
-                other[j] = other[j] - factor * own[j]
+                other[j] -= factor * own[j]
 
 
 @helper

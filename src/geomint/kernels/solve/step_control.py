@@ -45,7 +45,7 @@ def exponential(x):
     x = x / 16.0
     result = 1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0))))
     for _ in range(4):
-        result = result * result
+        result *= result
     return result
 
 

@@ -147,13 +147,13 @@ def stretched(s: Sizes, kept: Kept, work: Work):
     write_overlaps(s.n, work.X, work.D, work.lower)
     trace = 0.0
     for k in range(s.d):
-        work.S[k * width + k] = work.S[k * width + k] - 1.0
+        work.S[k * width + k] -= 1.0
         trace += work.S[k * width + k]
     before = 0.5 * trace - 0.25 * squares(work.S)
     for i in range(s.d):
         for j in range(s.d):
             change = work.lower[i * width + j] + work.lower[j * width + i]
-            work.S[i * width + j] = work.S[i * width + j] + change
+            work.S[i * width + j] += change
     return before
 
 

@@ -88,8 +88,8 @@ def measure(
         if carry(method, t, h, 0, 1, s, kept, numbers, plain, scratch, own.D)[0] == OK:
             stretch, squares = log_stretch(s, kept, own)
             turn_stages(s, own.upper, plain)
-        kept.bias[0] = kept.bias[0] + (SYSTEMATIC * squares + OFF * s.m)
-        kept.variance[0] = kept.variance[0] + EPSILON * EPSILON * squares
+        kept.bias[0] += SYSTEMATIC * squares + OFF * s.m
+        kept.variance[0] += EPSILON * EPSILON * squares
         add_compensated(kept.sum, kept.carry, 0, stretch)
         out[k] = kept.sum[0] + (kept.carry[0] + (volume[0] - origin[0]))
         for r in range(s.rows):

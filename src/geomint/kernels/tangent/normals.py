@@ -81,7 +81,7 @@ def write_normals(
                 break
             write_overlaps(s.n, work.C, work.C, work.S)
             for a in range(s.m):
-                work.S[a * width + a] = work.S[a * width + a] - 1.0
+                work.S[a * width + a] -= 1.0
             again = not small(s.m, work.S)
             volume += log_volume(s.m, work.S, work.lower, work.upper)
             for i in range(len(rows)):

@@ -50,7 +50,7 @@ def add_product(n: int, A, B, out):
                 rows[at + 2 * groups],
                 rows[at + 3 * groups],
             )
-            at = at + 4 * groups
+            at += 4 * groups
             b4, b5, b6, b7 = (
                 rows[at],
                 rows[at + groups],

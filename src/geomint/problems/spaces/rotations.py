@@ -73,7 +73,7 @@ def frame_orthogonality(n: int, first: int) -> Recorded:
             for j in range(n):
                 entry = 0.0 * y[0]
                 if i == j:
-                    entry = entry - 1.0
+                    entry -= 1.0
                 for c in range(n):
                     entry += y[first + i * n + c] * y[first + j * n + c]
                 total += entry * entry

@@ -172,10 +172,10 @@ def gram(n: int, r: int, first: int, second: int) -> Recorded:
                 for c in range(n):
                     entry = y[first + i + c] * y[second + j + c]
                     if i != j and first != second:
-                        entry = entry + y[first + j + c] * y[second + i + c]
+                        entry += y[first + j + c] * y[second + i + c]
                     total += entry
                 if i == j and first == second:
-                    total = total - 1.0
+                    total -= 1.0
                 out[at] = total
                 at += 1
 
@@ -194,10 +194,10 @@ def gram_size(n: int, r: int, first: int, second: int) -> Recorded:
                 for c in range(n):
                     term = y[first + i + c] * y[second + j + c]
                     if first != second:
-                        term = term + y[first + j + c] * y[second + i + c]
+                        term += y[first + j + c] * y[second + i + c]
                     entry += term
                 if i == j and first == second:
-                    entry = entry - 1.0
+                    entry -= 1.0
                 total += entry * entry
         return sqrt(total)
 
