@@ -5,15 +5,7 @@ import operator
 from llvmlite import ir
 from numba.core import types
 
-from .typing_lanes import LANE_VALUE, broadcast, call_vector_function
-
-_COMPARISONS = {
-    operator.lt: "<",
-    operator.le: "<=",
-    operator.gt: ">",
-    operator.ge: ">=",
-    operator.eq: "==",
-}
+from .typing_lanes import LANE_VALUE, broadcast, call_vector_function, compare
 
 
 class Instructions:
@@ -39,9 +31,7 @@ class Instructions:
 
     def compare(self, function, x, y):
         """Return whether a comparison holds; with NaN only ``!=`` does."""
-        if function is operator.ne:
-            return self.builder.fcmp_unordered("!=", x, y)
-        return self.builder.fcmp_ordered(_COMPARISONS[function], x, y)
+        return compare(function, self.builder, x, y)
 
     def reciprocal(self, x):
         """Return 1/x."""

@@ -4,6 +4,7 @@ LLVM splits the vector on machines with narrower registers. No fast-math flag an
 lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithmetic").
 """
 
+import functools
 import math
 import operator
 
@@ -71,10 +72,13 @@ def _cast_number(context, builder, fromty, toty, value):
     return _as_vector(context, builder, fromty, value)
 
 
+def is_plain(x) -> bool:
+    """Tell whether a type is that of real numbers or their lanes."""
+    return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
+
+
 def _mixes_lanes(args):
-    return LANE_VALUE in args and all(
-        a == LANE_VALUE or isinstance(a, types.Float | types.Integer) for a in args
-    )
+    return LANE_VALUE in args and all(map(is_plain, args))
 
 
 def _register_binary(functions, emit, result):
@@ -102,19 +106,28 @@ def _register_binary(functions, emit, result):
             lower_builtin(function, left, right)(lower)
 
 
-_register_binary([operator.add, operator.iadd], lambda b, x, y: b.fadd(x, y), LANE_VALUE)
-_register_binary([operator.sub, operator.isub], lambda b, x, y: b.fsub(x, y), LANE_VALUE)
-_register_binary([operator.mul, operator.imul], lambda b, x, y: b.fmul(x, y), LANE_VALUE)
-_register_binary([operator.truediv, operator.itruediv], lambda b, x, y: b.fdiv(x, y), LANE_VALUE)
-for _sign, _function in (
-    ("<", operator.lt),
-    ("<=", operator.le),
-    (">", operator.gt),
-    (">=", operator.ge),
-    ("==", operator.eq),
-):
-    _register_binary([_function], lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), LANE_MASK)
-_register_binary([operator.ne], lambda b, x, y: b.fcmp_unordered("!=", x, y), LANE_MASK)
+COMPARISONS = {
+    operator.lt: "<",
+    operator.le: "<=",
+    operator.gt: ">",
+    operator.ge: ">=",
+    operator.eq: "==",
+    operator.ne: "!=",
+}
+
+
+def compare(function, builder, x, y):
+    """Emit whether a comparison holds, in each lane; with NaN only ``!=`` does."""
+    emit = builder.fcmp_unordered if function is operator.ne else builder.fcmp_ordered
+    return emit(COMPARISONS[function], x, y)
+
+
+_register_binary([operator.add, operator.iadd], ir.IRBuilder.fadd, LANE_VALUE)
+_register_binary([operator.sub, operator.isub], ir.IRBuilder.fsub, LANE_VALUE)
+_register_binary([operator.mul, operator.imul], ir.IRBuilder.fmul, LANE_VALUE)
+_register_binary([operator.truediv, operator.itruediv], ir.IRBuilder.fdiv, LANE_VALUE)
+for _function in COMPARISONS:
+    _register_binary([_function], functools.partial(compare, _function), LANE_MASK)
 
 
 def _register_on(value_type, function, arity, emit):
@@ -130,10 +143,10 @@ def _register_on(value_type, function, arity, emit):
         return emit(builder, *args)
 
 
-_register_on(LANE_VALUE, operator.neg, 1, lambda b, x: b.fneg(x))
+_register_on(LANE_VALUE, operator.neg, 1, ir.IRBuilder.fneg)
 _register_on(LANE_VALUE, operator.pos, 1, lambda b, x: x)
-_register_on(LANE_MASK, operator.and_, 2, lambda b, x, y: b.and_(x, y))
-_register_on(LANE_MASK, operator.or_, 2, lambda b, x, y: b.or_(x, y))
+_register_on(LANE_MASK, operator.and_, 2, ir.IRBuilder.and_)
+_register_on(LANE_MASK, operator.or_, 2, ir.IRBuilder.or_)
 
 
 def call_vector_function(builder, name: str, vectors):
@@ -168,9 +181,9 @@ def _fma(typingctx, x, y, z):
     def of_numbers(context, builder, sig, args):
         return builder.fma(*args)
 
-    if LANE_VALUE in (x, y, z) and _mixes_lanes((x, y, z)):
+    if _mixes_lanes((x, y, z)):
         return LANE_VALUE(x, y, z), of_vectors
-    if all(isinstance(k, types.Float | types.Integer) for k in (x, y, z)):
+    if all(map(is_plain, (x, y, z))):
         return types.float64(types.float64, types.float64, types.float64), of_numbers
     return None
 
@@ -206,7 +219,7 @@ def _select(typingctx, condition, x, y):
     if condition != LANE_MASK and not isinstance(condition, types.Boolean):
         return None
     result = LANE_VALUE if condition == LANE_MASK else _common_type(x, y)
-    return result(condition, x, y), _choice(lambda b, which, x, y: b.select(which, x, y))
+    return result(condition, x, y), _choice(ir.IRBuilder.select)
 
 
 @instruction(arithmetic.maximum)
@@ -274,7 +287,7 @@ def emit_larger(builder, x, y):
     return builder.select(builder.fcmp_ordered("ord", x, x), larger, x)
 
 
-_total = _fold(lambda builder, x, y: builder.fadd(x, y))
+_total = _fold(ir.IRBuilder.fadd)
 _top = _fold(emit_larger)
 
 
@@ -288,11 +301,6 @@ def _overload_sqrt(x):
 @overload(abs)
 def _overload_abs(x):
     return (lambda x: _vector_abs(x)) if x == LANE_VALUE else None
-
-
-def is_plain(x) -> bool:
-    """Tell whether a type is that of real numbers or their lanes."""
-    return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 
 @overload(arithmetic.maximum, inline="always")

@@ -23,7 +23,16 @@ from .instruction import instruction
 from .tangent import PARTIALS, as_tangents, tangent_block, tangent_lane_block
 from .typing_bases import Instructions
 from .typing_blocks import BlockType, other_rows
-from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes, is_plain
+from .typing_lanes import (
+    COMPARISONS,
+    LANE_MASK,
+    LANE_VALUE,
+    LANES,
+    broadcast,
+    emit_larger,
+    fold_lanes,
+    is_plain,
+)
 
 
 class TangentType(types.Type):
@@ -235,14 +244,7 @@ def _comparison(function):
     return lambda to, a, x, y: a.compare(function, x.value, y.value)
 
 
-for _function in (
-    operator.lt,
-    operator.le,
-    operator.gt,
-    operator.ge,
-    operator.eq,
-    operator.ne,
-):
+for _function in COMPARISONS:
     _register(_function, _truth, _comparison(_function))
 
 
