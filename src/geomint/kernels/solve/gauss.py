@@ -123,21 +123,26 @@ def stage_sums(m, columns, stages, y, carry, Y, groups: int, rows: int):
 
 
 @inlined
+def folded(front, back):
+    """Return the sums of the first four lanes of `front` and the last four of `back`, from the ends."""
+    return (
+        lane(front, 0) + lane(back, 7),
+        lane(front, 1) + lane(back, 6),
+        lane(front, 2) + lane(back, 5),
+        lane(front, 3) + lane(back, 4),
+    )
+
+
+@inlined
 def increment(stages, row: int, groups: int, rows: int):
     """Return ``Σ_j L_j``, the stages added pairwise from the ends."""
     front = stages[row]
     back = stages[(groups - 1) * rows + row]
-    p0 = lane(front, 0) + lane(back, 7)
-    p1 = lane(front, 1) + lane(back, 6)
-    p2 = lane(front, 2) + lane(back, 5)
-    p3 = lane(front, 3) + lane(back, 4)
+    p0, p1, p2, p3 = folded(front, back)
     if groups == 1:
         total = (p0 + p3) + (p1 + p2)
     else:
-        p4 = lane(front, 4) + lane(back, 3)
-        p5 = lane(front, 5) + lane(back, 2)
-        p6 = lane(front, 6) + lane(back, 1)
-        p7 = lane(front, 7) + lane(back, 0)
+        p7, p6, p5, p4 = folded(back, front)
         total = ((p0 + p7) + (p3 + p4)) + ((p1 + p6) + (p2 + p5))
     return total
 

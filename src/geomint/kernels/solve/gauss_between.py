@@ -14,9 +14,9 @@ collocation polynomial how far that is known.
 import functools
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.arithmetic import fma, lane, top
+from ..numbers.arithmetic import fma, top
 from ..numbers.blocks import REST, as_lanes, part, section
-from .gauss import combine, eight_columns, gauss_coefficients, gauss_memory
+from .gauss import combine, eight_columns, folded, gauss_coefficients, gauss_memory
 
 
 @inlined
@@ -61,8 +61,7 @@ def gauss_polynomial(groups: int) -> Recorded:
                 terms = S[k * groups] * stages[r]
                 for g in range(1, groups):
                     terms += S[k * groups + g] * stages[g * rows + r]
-                p0, p1 = lane(terms, 0) + lane(terms, 7), lane(terms, 1) + lane(terms, 6)
-                p2, p3 = lane(terms, 2) + lane(terms, 5), lane(terms, 3) + lane(terms, 4)
+                p0, p1, p2, p3 = folded(terms, terms)
                 out[r * powers + k] = (p0 + p3) + (p1 + p2)
 
     return polynomial

@@ -3,6 +3,7 @@
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import fma
 from ..numbers.blocks import as_lanes, part
+from ..solve.gauss import eight_columns
 
 
 @helper
@@ -43,28 +44,15 @@ def add_product(n: int, A, B, out):
     rows, results = as_lanes(B, 0, 8 * across * groups), as_lanes(out, 0, n * groups)
     for i in range(across):
         for g in range(groups):
-            at = 8 * i * groups + g
-            b0, b1, b2, b3 = (
-                rows[at],
-                rows[at + groups],
-                rows[at + 2 * groups],
-                rows[at + 3 * groups],
-            )
-            at += 4 * groups
-            b4, b5, b6, b7 = (
-                rows[at],
-                rows[at + groups],
-                rows[at + 2 * groups],
-                rows[at + 3 * groups],
-            )
+            b = eight_columns(rows, i, g, groups)
             for r in range(n):
                 a = part(A, 8 * (r * across + i), 8)
-                first = fma(a[0], b0, results[r * groups + g])
-                second = a[4] * b4
-                first = fma(a[1], b1, first)
-                second = fma(a[5], b5, second)
-                first = fma(a[2], b2, first)
-                second = fma(a[6], b6, second)
-                first = fma(a[3], b3, first)
-                second = fma(a[7], b7, second)
+                first = fma(a[0], b[0], results[r * groups + g])
+                second = a[4] * b[4]
+                first = fma(a[1], b[1], first)
+                second = fma(a[5], b[5], second)
+                first = fma(a[2], b[2], first)
+                second = fma(a[6], b[6], second)
+                first = fma(a[3], b[3], first)
+                second = fma(a[7], b[7], second)
                 results[r * groups + g] = first + second
