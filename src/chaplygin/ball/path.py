@@ -32,10 +32,7 @@ def carried_path(space: gi.Space, rho: float, unit: str = "dimensionless") -> Pa
 
 
 def integrated_path(
-    inertia: Inertia,
-    D: float,
-    physical: Callable[[Array], Arrays],
-    frame: slice | None = None,
+    inertia: Inertia, D: float, physical: Callable[[Array], Arrays], frame: slice | None = None
 ) -> Path | None:
     """Return the path of states that lack the contact point, n = 3; None in other dimensions.
 

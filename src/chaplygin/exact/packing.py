@@ -51,11 +51,7 @@ def parts_of(ovals, angles, axes, rows, numbers):
 
 
 def packed_torus(
-    axes: ReducedAxes,
-    separation: Separation,
-    torus: Torus,
-    scale: float,
-    physical: bool,
+    axes: ReducedAxes, separation: Separation, torus: Torus, scale: float, physical: bool
 ) -> Any:
     """Return the block of the parameters of a torus, at (θ, ψ) = 0; those of its clock may follow.
 

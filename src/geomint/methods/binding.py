@@ -44,11 +44,7 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
 
 
 def lane_field(
-    field: Bound,
-    params: Array,
-    y: Array,
-    work: int,
-    compiled: bool,
+    field: Bound, params: Array, y: Array, work: int, compiled: bool
 ) -> tuple[Bound, int]:
     """Return a field for eight numbers at once, and the lane values of scratch that it needs.
 

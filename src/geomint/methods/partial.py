@@ -147,10 +147,7 @@ class PartialSteps:
         assert problem.clock is not None
         sizes = {"params": len(problem.params), "y": problem.rows}
         return TO_CLOCK.call(
-            s.compiled,
-            **driven(s),
-            **polynomial_of(s),
-            rate=bind(problem.clock, VALUE, **sizes),
+            s.compiled, **driven(s), **polynomial_of(s), rate=bind(problem.clock, VALUE, **sizes)
         )
 
     def to_times(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:

@@ -25,10 +25,7 @@ def unfit(problem: Problem, method: Method, end: Mapping[str, Any]) -> str:
 
 
 def obstacles(
-    model: Model,
-    method: Method,
-    end: Mapping[str, Any],
-    translated: bool = False,
+    model: Model, method: Method, end: Mapping[str, Any], translated: bool = False
 ) -> dict[str, str]:
     """Return why a method cannot integrate each representation; an empty string where it can.
 

@@ -69,12 +69,7 @@ def claims_kept(
 
 
 def tell_false_claims(
-    problem: Problem,
-    y: Array,
-    t: float,
-    ahead: float,
-    functions: Fingerprints,
-    moved: bool = False,
+    problem: Problem, y: Array, t: float, ahead: float, functions: Fingerprints, moved: bool = False
 ) -> None:
     """Warn of them; where the first run has `moved` to too: at rest nothing is seen."""
     for name, size, text in claims_kept(problem, y, t, functions, moved, ahead):

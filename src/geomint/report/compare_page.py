@@ -32,11 +32,7 @@ WANTED = (-3, -6, -9, -12)  # powers of ten of the error
 
 
 def write_compare_report(
-    result: Comparison,
-    scene: Scene,
-    out: Path,
-    command: str | None = None,
-    paper: bool = False,
+    result: Comparison, scene: Scene, out: Path, command: str | None = None, paper: bool = False
 ) -> None:
     """Write ``compare.html``, ``compare.json`` and the plots as PNG and SVG, all or none.
 
@@ -169,10 +165,7 @@ KEYS = ("method", "order", "representation", "step", "rtol", "error", "bound", "
 
 
 def compare_paper(
-    scene: Scene,
-    record: Record,
-    orders: Mapping[str, FittedOrder],
-    citation: Citation,
+    scene: Scene, record: Record, orders: Mapping[str, FittedOrder], citation: Citation
 ) -> Paper:
     """Return table, caption, data and citations of a comparison, from the content of its JSON."""
     reference, provenance = record["reference"], record["provenance"]

@@ -106,12 +106,7 @@ class Observers:
             watch.prepare()
 
     def add(
-        self,
-        times: Array,
-        labels: Array,
-        states: Array,
-        sampled: Booleans,
-        step: float = 0.0,
+        self, times: Array, labels: Array, states: Array, sampled: Booleans, step: float = 0.0
     ) -> None:
         """Take the next states, one a row, of which some are sampled; see `Seen`."""
         seen = Seen(times, labels, states, sampled, step)
