@@ -11,7 +11,7 @@ from ..errors import SpeedWarning, tell
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
-from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.recorded import Recorded, helper
 from ..kernels.compiling.signatures import FIELD, Signature
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
@@ -25,6 +25,20 @@ def _adapter_work(rows: int, work: int) -> Work:
     return Work(rows, rows, work, -(2 * rows + work) % LANES)
 
 
+@helper
+def take_lane(i, rows, out):  # type: ignore[no-untyped-def]
+    """Write one lane of all rows."""
+    for r in range(len(out)):
+        out[r] = lane(rows[r], i)
+
+
+@helper
+def put_lane(i, numbers, out):  # type: ignore[no-untyped-def]
+    """Write numbers into one lane of all rows."""
+    for r in range(len(out)):
+        set_lane(out, r, i, numbers[r])
+
+
 @functools.cache
 def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
     """Make a lane field of a field that compiles for float64 only: lane after lane."""
@@ -33,11 +47,9 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
     def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
         y1, out1, work1, _ = sections(as_singles(work), layout)
         for i in range(LANES):
-            for r in range(rows):
-                y1[r] = lane(y[r], i)
+            take_lane(i, y, y1)
             f(params, lane(t, i), y1, out1, work1)
-            for r in range(rows):
-                set_lane(out, r, i, out1[r])
+            put_lane(i, out1, out)
 
     adapted.__name__ = adapted.__qualname__ = f.function.__name__
     return Bound(Recorded(adapted), FIELD)

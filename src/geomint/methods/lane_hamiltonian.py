@@ -11,7 +11,7 @@ from ..kernels.compiling.signatures import CONSTRAINT, GRADIENTS, VALUE
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import as_singles, part, section, sections, set_lane
 from ..kernels.numbers.lanes import LANES
-from .binding import takes_lanes
+from .binding import put_lane, take_lane, takes_lanes
 from .bound_forms import hamiltonian_of
 from .method import Start
 
@@ -55,31 +55,25 @@ def _adapted(
     def lane_gradients(params, t, q, p, dq, dp, work):
         q1, p1, dq1, dp1, work1, _ = sections(as_singles(work), layout)
         for i in range(LANES):
-            for r in range(len(q)):
-                q1[r] = lane(q[r], i)
-                p1[r] = lane(p[r], i)
+            take_lane(i, q, q1)
+            take_lane(i, p, p1)
             gradients(params, lane(t, i), q1, p1, dq1, dp1, work1)
-            for r in range(len(q)):
-                set_lane(dq, r, i, dq1[r])
-                set_lane(dp, r, i, dp1[r])
+            put_lane(i, dq1, dq)
+            put_lane(i, dp1, dp)
 
     def lane_constraint(params, q, g, G, work):
         q1, _, g1, G1, work1, _ = sections(as_singles(work), layout)
         for i in range(LANES):
-            for r in range(len(q)):
-                q1[r] = lane(q[r], i)
+            take_lane(i, q, q1)
             constraint(params, q1, g1, G1, work1)
-            for r in range(len(g)):
-                set_lane(g, r, i, g1[r])
-            for r in range(len(G)):
-                set_lane(G, r, i, G1[r])
+            put_lane(i, g1, g)
+            put_lane(i, G1, G)
 
     def lane_clock(params, t, y, work):
         singles, last = as_singles(work), len(work) - 1
         y1, work1 = part(singles, 0, len(y)), section(singles, layout, "work")
         for i in range(LANES):
-            for r in range(len(y)):
-                y1[r] = lane(y[r], i)
+            take_lane(i, y, y1)
             set_lane(work, last, i, clock(params, lane(t, i), y1, work1))
         return work[last]
 
