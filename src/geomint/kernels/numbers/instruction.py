@@ -4,7 +4,26 @@ from collections.abc import Callable
 from typing import Any
 
 from numba.core import types
-from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    infer,
+    infer_global,
+    make_intrinsic_template,
+)
+
+
+def typed(function: Callable[..., Any]):
+    """Register what gives the signature of `function` for types of arguments, or None."""
+
+    def register(signature_of: Callable[..., Any]) -> Callable[..., Any]:
+        @infer_global(function)
+        class Template(AbstractTemplate):
+            def generic(self, args, kws):
+                return signature_of(*args)
+
+        return signature_of
+
+    return register
 
 
 def instruction(function: Callable[..., Any], prefer_literal: bool = False):

@@ -13,11 +13,11 @@ from numba.core import cgutils, config, types
 from numba.core.imputils import lower_builtin
 from numba.core.ir import Assign, Expr
 from numba.core.ir_utils import _add_alias, alias_analysis_extensions
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing.templates import signature
 from numba.extending import models, register_model
 
 from . import blocks
-from .instruction import instruction
+from .instruction import instruction, typed
 from .lanes import LANES
 from .typing_lanes import LANE_VALUE
 
@@ -69,16 +69,19 @@ def place_in(row, part: int) -> tuple[int, ...]:
     return (part,) if hasattr(row, "parts") else ()
 
 
+def _refuse(context, builder, outside, message):
+    """Raise IndexError where a condition holds."""
+    with builder.if_then(outside, likely=False):
+        context.call_conv.return_user_exc(builder, IndexError, (message,))
+
+
 def _row_pointers(context, builder, typ, value, index):
     """Return the address of each part of a row."""
     block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
     if config.BOUNDSCHECK:
         rows = _number_of_rows(builder, typ, block)
         outside = builder.icmp_unsigned(">=", index, rows)
-        with builder.if_then(outside, likely=False):
-            context.call_conv.return_user_exc(
-                builder, IndexError, ("row index outside of the block",)
-            )
+        _refuse(context, builder, outside, "row index outside of the block")
     start = builder.mul(index, ir.Constant(index.type, _width(typ.row)))
     pointers, offset = [], 0
     for part in parts_of(typ.row):
@@ -94,28 +97,21 @@ def _row_pointers(context, builder, typ, value, index):
 _INDEX = types.Integer | types.IntEnumMember
 
 
-@infer_global(operator.getitem)
-class _GetRow(AbstractTemplate):
-    def generic(self, args, kws):
-        if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
-            return signature(args[0].row, args[0], types.int64)
-        return None
+@typed(operator.getitem)
+def _type_get(block, row):
+    rows = isinstance(block, BlockType) and isinstance(row, _INDEX)
+    return signature(block.row, block, types.int64) if rows else None
 
 
-@infer_global(operator.setitem)
-class _SetRow(AbstractTemplate):
-    def generic(self, args, kws):
-        if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
-            return signature(types.none, args[0], types.int64, args[0].row)
-        return None
+@typed(operator.setitem)
+def _type_set(block, row, value):
+    rows = isinstance(block, BlockType) and isinstance(row, _INDEX)
+    return signature(types.none, block, types.int64, block.row) if rows else None
 
 
-@infer_global(len)
-class _Length(AbstractTemplate):
-    def generic(self, args, kws):
-        if isinstance(args[0], BlockType):
-            return signature(types.int64, args[0])
-        return None
+@typed(len)
+def _type_length(block):
+    return signature(types.int64, block) if isinstance(block, BlockType) else None
 
 
 @lower_builtin(operator.getitem, BlockType, types.Integer)
@@ -162,10 +158,7 @@ def _view(result):
             past = builder.icmp_signed(">", end, _number_of_rows(builder, sig.args[0], source))
             negative = builder.icmp_signed("<", builder.or_(start, rows), rows.type(0))
             outside = builder.or_(past, negative)
-            with builder.if_then(outside, likely=False):
-                context.call_conv.return_user_exc(
-                    builder, IndexError, ("part outside of the block",)
-                )
+            _refuse(context, builder, outside, "part outside of the block")
         view = cgutils.create_struct_proxy(result)(context, builder)
         offset = builder.mul(start, ir.Constant(start.type, width))
         view.data = builder.gep(source.data, [offset])

@@ -11,11 +11,11 @@ import operator
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing.templates import signature
 from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
-from .instruction import instruction
+from .instruction import instruction, typed
 from .lanes import LANES
 
 _F64 = ir.DoubleType()
@@ -84,12 +84,9 @@ def _mixes_lanes(args):
 def _register_binary(functions, emit, result):
     for function in functions:
 
-        @infer_global(function)
-        class Template(AbstractTemplate):
-            def generic(self, args, kws):
-                if len(args) == 2 and _mixes_lanes(args):
-                    return signature(result, *args)
-                return None
+        @typed(function)
+        def signature_of(*args):
+            return signature(result, *args) if _mixes_lanes(args) else None
 
         def lower(context, builder, sig, args):
             x, y = (
@@ -133,10 +130,9 @@ for _function in COMPARISONS:
 def _register_on(value_type, function, arity, emit):
     """Let an operator take `arity` values of a value_type and give one."""
 
-    @infer_global(function)
-    class Template(AbstractTemplate):
-        def generic(self, args, kws):
-            return signature(value_type, *args) if args == (value_type,) * arity else None
+    @typed(function)
+    def signature_of(*args):
+        return signature(value_type, *args) if args == (value_type,) * arity else None
 
     @lower_builtin(function, *(value_type,) * arity)
     def lower(context, builder, sig, args):

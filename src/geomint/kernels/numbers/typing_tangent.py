@@ -15,11 +15,11 @@ from numba import njit
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing.templates import signature
 from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
-from .instruction import instruction
+from .instruction import instruction, typed
 from .tangent import PARTIALS, as_tangents, tangent_block, tangent_lane_block
 from .typing_bases import Instructions
 from .typing_blocks import BlockType, other_rows
@@ -200,11 +200,10 @@ def _quotient(a, x, y):
 def _register(function, result, emit):
     """Let an operator take two numbers, one of which at least is a tangent number."""
 
-    @infer_global(function)
-    class Template(AbstractTemplate):
-        def generic(self, args, kws):
-            joined = _joined(*args) if len(args) == 2 else None
-            return None if joined is None else signature(result(joined), *args)
+    @typed(function)
+    def signature_of(*args):
+        joined = _joined(*args)
+        return None if joined is None else signature(result(joined), *args)
 
     def lower(context, builder, sig, args):
         to = _joined(*sig.args)
@@ -259,10 +258,9 @@ def _cast(context, builder, fromty, toty, value):
 def _unary(function, emit):
     """Let a function take a tangent number and give one."""
 
-    @infer_global(function)
-    class Template(AbstractTemplate):
-        def generic(self, args, kws):
-            return signature(args[0], *args) if len(args) == 1 and _is_tangent(args[0]) else None
+    @typed(function)
+    def signature_of(x):
+        return signature(x, x) if _is_tangent(x) else None
 
     @lower_builtin(function, TangentType)
     def lower(context, builder, sig, args):
@@ -282,11 +280,10 @@ _unary(operator.pos, lambda a, x: (x.value, x.slopes))
 _unary(abs, _size)
 
 
-@infer_global(int)
-class _Whole(AbstractTemplate):
-    def generic(self, args, kws):
-        one = len(args) == 1 and _is_tangent(args[0]) and args[0].base == types.float64
-        return signature(types.int64, *args) if one else None
+@typed(int)
+def _type_whole(x, *base):
+    one = not base and _is_tangent(x) and x.base == types.float64
+    return signature(types.int64, x) if one else None
 
 
 @lower_builtin(int, TangentType)
@@ -334,8 +331,6 @@ def _select(typingctx, condition, x, y):
 
 @instruction(arithmetic.like)
 def _like(typingctx, value, example):
-    if not _is_tangent(example):
-        return None
     to = _joined(value, example)
     if to != example:
         return None
