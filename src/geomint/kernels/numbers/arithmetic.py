@@ -66,11 +66,10 @@ def fma(x, y, z) -> Any:
     if not is_float64(x, y, z):
         own = next((v for v in (x, y, z) if hasattr(v, "fused")), None)
         return x * y + z if own is None else own.fused(x, y, z)
-    if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) or isinstance(z, np.ndarray):
-        result = _fma_array(x, y, z).astype(np.float64)
-        cls = next(type(v) for v in (x, y, z) if isinstance(v, np.ndarray))
-        return result.view(cls)
-    return np.float64(_fma_float(float(x), float(y), float(z)))
+    cls = next((type(v) for v in (x, y, z) if isinstance(v, np.ndarray)), None)
+    if cls is None:
+        return np.float64(_fma_float(float(x), float(y), float(z)))
+    return _fma_array(x, y, z).astype(np.float64).view(cls)
 
 
 def of_numpy(function: Callable[..., Any]):

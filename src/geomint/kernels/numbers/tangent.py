@@ -28,6 +28,17 @@ def _compared(relation: Callable[[Any, Any], Any]):
     return lambda x, y: relation(x.value, _value(y))
 
 
+def _summed(combine: Callable[[Any, Any], Any]):
+    def of_tangents(x, y) -> Tangent:
+        value = combine(x.value, _value(y))
+        slopes = _shaped(x.slopes, value)
+        if isinstance(y, Tangent):
+            slopes = combine(slopes, _shaped(y.slopes, value))
+        return Tangent(value, slopes)
+
+    return of_tangents
+
+
 class Tangent:
     """A number and its derivatives along some directions.
 
@@ -49,13 +60,7 @@ class Tangent:
     def __repr__(self) -> str:
         return f"Tangent({self.value!r}, {self.slopes!r})"
 
-    def __add__(self, other) -> Tangent:
-        if isinstance(other, Tangent):
-            value = self.value + other.value
-            return Tangent(value, _shaped(self.slopes, value) + _shaped(other.slopes, value))
-        return Tangent(self.value + other, _shaped(self.slopes, self.value + other))
-
-    __radd__ = __add__
+    __add__ = __radd__ = _summed(operator.add)
 
     def __neg__(self) -> Tangent:
         return Tangent(-self.value, -self.slopes)
@@ -63,11 +68,7 @@ class Tangent:
     def __pos__(self) -> Tangent:
         return self
 
-    def __sub__(self, other) -> Tangent:
-        if isinstance(other, Tangent):
-            value = self.value - other.value
-            return Tangent(value, _shaped(self.slopes, value) - _shaped(other.slopes, value))
-        return Tangent(self.value - other, _shaped(self.slopes, self.value - other))
+    __sub__ = _summed(operator.sub)
 
     def __rsub__(self, other) -> Tangent:
         return Tangent(other - self.value, -_shaped(self.slopes, other - self.value))
