@@ -100,7 +100,7 @@ def exponential_increment(n: int, xi, result, work):
         doublings += 1
     first = scale
     for i in range(size):
-        x[i] = scale * x[i]
+        x[i] *= scale
     multiply(n, x, x, x2)
     multiply(n, x, x2, x3)
     for i in range(size):  # 1/9!, 1/10!, 1/11!, 1/12! and so on down to 1/2!

@@ -158,7 +158,7 @@ def lobatto_step(
             return failure(iteration), iteration + 1, size
         solve_small(m, matrix, g)
         for a in range(m):
-            g[a] = later * g[a]
+            g[a] *= later
         if coarse:
             q_inverse = inverse_size(max(top(larger(q, q, n)), top(larger(K, K, n))))
             p_inverse = inverse_size(max(top(larger(p, p, n)), top(larger(L, L, n))))

@@ -134,7 +134,7 @@ def separable_rattle_step(
         Q[i] = p[i] + (p_carry[i] + kick[i])
     gradients(params, t0, q, Q, unused, free, scratch)
     for i in range(n):
-        free[i] = step * free[i]
+        free[i] *= step
     status, iterations, residual = project_on_manifold(
         constraint, params, given, q, carry, step, lam, own, n, m
     )

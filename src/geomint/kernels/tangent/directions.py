@@ -168,7 +168,7 @@ def log_stretch(s: Sizes, kept: Kept, work: Work) -> tuple[float, float]:
     add_tables(kept.basis, 1.0, work.D, work.X)
     rows = as_lanes(kept.basis, 0, len(kept.basis) // 8)
     for i in range(len(rows)):
-        rows[i] = 0.0 * rows[i]
+        rows[i] *= 0.0
     add_product(s.n, work.X, work.upper, kept.basis)
     return volume - before, size
 

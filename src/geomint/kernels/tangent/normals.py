@@ -33,9 +33,9 @@ def enlarge_scales(layout, y, kept: Kept, width: int) -> bool:
             end += 1
         if GROWN * scales[r] < largest and scales[r] < 1e300:
             for i in range(r, end):
-                scales[i] = 2.0 * scales[i]
+                scales[i] *= 2.0
                 for c in range(width):
-                    basis[i * width + c] = 0.5 * basis[i * width + c]
+                    basis[i * width + c] *= 0.5
             grown = True
         r = end
     return grown
