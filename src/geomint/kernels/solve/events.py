@@ -332,13 +332,8 @@ def find(
         if roots != UNCLEAR:
             found = met(orbit, last, 0.0, 1.0, f, roots, sign, found)
         else:
-            clear = -1
-            if not from_nodes:
-                clear = look_inside(orbit, last, f, b, found)
-            if clear >= 0:
-                found = clear
-            else:
-                found = search(orbit, last, pieces, five, found)
+            clear = -1 if from_nodes else look_inside(orbit, last, f, b, found)
+            found = clear if clear >= 0 else search(orbit, last, pieces, five, found)
         if note[0] == OK and end != 0.0 and end * signs[0] <= 0.0:  # behind what does not decide
             f[4], sign = end, sign_of(end)
             found = changed(orbit, last, 1.0, 1.0, f, 0, sign, found)

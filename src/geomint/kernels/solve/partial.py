@@ -182,7 +182,7 @@ def to_clock(
         advance, functions, params, coefficients, fractions, memory, work, rows, write, table, whole,
         begun, states, times,
     )  # fmt: skip
-    last = -1
+    last, each = -1, len(powers) // rows
     length, end, pace, end_pace = span, 0.0, 0.0, 0.0
     for i in range(count):
         node = int(nodes[i])
@@ -203,7 +203,7 @@ def to_clock(
             last = node
             far = first_guess(wanted[i], known[rows - 1], end, pace, end_pace, length)
             if len(table) > 0:
-                clock = part(powers, (rows - 1) * (len(powers) // rows), len(powers) // rows)
+                clock = part(powers, (rows - 1) * each, each)
                 far = length * better_guess(clock, wanted[i] - known[rows - 1], far / length)
             if not 0.0 < far / length <= 1.0:
                 far = (wanted[i] - known[rows - 1]) / pace
@@ -226,9 +226,8 @@ def to_clock(
                 change = missing / now
                 if abs(missing) <= 0.5 * roundings[i] or far + change == far:
                     break
-                count = len(powers) // rows
-                if count >= ENOUGH and abs(change) <= SHIFTED * abs(length):
-                    slope = slope_of(powers, (rows - 1) * count, count, far / length)
+                if each >= ENOUGH and abs(change) <= SHIFTED * abs(length):
+                    slope = slope_of(powers, (rows - 1) * each, each, far / length)
                     if abs(change * (slope / (now * length) - 1.0)) <= UNSEEN * abs(length):
                         shift(memory, powers, far / length, change / length, row)
                         best = far + change
