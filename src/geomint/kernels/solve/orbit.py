@@ -144,11 +144,10 @@ def values_inside(orbit, node: int, first, last):
         for k in range(7):
             for r in range(rows):
                 y[r] = orbit.states[at + r] + inside[INSIDE * r + 8 + k]
-            plain = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free) - orbit.level
+            plain = looked_at(orbit, t + (k + 1) * h, y)
             for r in range(rows):
                 y[r] = orbit.states[at + r] + inside[INSIDE * r + k]
-            value = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free)
-            nine[k + 1] = value - orbit.level
+            nine[k + 1] = looked_at(orbit, t + (k + 1) * h, y)
             left = max(left, abs(nine[k + 1] - plain))
             largest = max(largest, abs(nine[k + 1]))
     if not left <= DECAYED * largest:
