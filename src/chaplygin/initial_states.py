@@ -137,5 +137,5 @@ def _split(gamma: Array, k: Array) -> tuple[Array, float]:
     if size == 0.0:
         return np.zeros(len(gamma)), 0.0
     p = -skew_matrix(k / size, len(gamma)) @ gamma
-    p = p - (gamma @ p) * gamma
+    p -= (gamma @ p) * gamma
     return size * p, length(k / size - wedge(gamma, p))

@@ -137,7 +137,7 @@ def separation_integral(n: int, splitting: int, k: int, physical: bool) -> Any:
             u += b[i] * gg
         total -= pp * dgg
         if physical:
-            total = total / (D[0] * D[0] * u)
+            total /= D[0] * D[0] * u
         return total
 
     return gi.observable(separation_coefficient)
@@ -150,7 +150,7 @@ def linear_integral(n: int, i: int, j: int, physical: bool) -> Any:
     def linear(params, t, y, work):
         value = y[i] * y[n + j] - y[j] * y[n + i]
         if physical:
-            value = value / physical_scale(n, params, y)
+            value /= physical_scale(n, params, y)
         return value
 
     return gi.observable(linear)
@@ -169,7 +169,7 @@ def casimir(n: int, group: tuple[int, ...], physical: bool) -> Any:
         value = gg * pp - gp * gp
         if physical:
             scale = physical_scale(n, params, y)
-            value = value / (scale * scale)
+            value /= scale * scale
         return value
 
     return gi.observable(casimir_of_equals)

@@ -68,7 +68,7 @@ def _principal(tensor: Any) -> tuple[Array, float]:
     """Return the principal values in ascending order, and their unit: sums of 1e308 are no number."""
     values = np.array(tensor, dtype=np.float64)
     unit = float(np.max(np.abs(values)))
-    values = values / (unit or 1.0)
+    values /= unit or 1.0
     if values.ndim != 2 or values.shape[0] != values.shape[1]:
         return np.sort(values.reshape(-1)), unit
     return np.asarray(np.linalg.eigvalsh(0.5 * (values + values.T))), unit

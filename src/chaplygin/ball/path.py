@@ -77,7 +77,7 @@ def _turned(t: Array, omega: Array, gamma: Array) -> Array:
     steps = np.diff(t)[:, None]
     mean = 0.5 * steps * (omega[1:] + omega[:-1])
     rates = np.gradient(omega, t, axis=0)
-    mean = mean + steps**2 / 12.0 * (rates[:-1] - rates[1:] + np.cross(omega[:-1], omega[1:]))
+    mean += steps**2 / 12.0 * (rates[:-1] - rates[1:] + np.cross(omega[:-1], omega[1:]))
     g = np.empty((len(t), 3, 3))
     g[0] = upright(gamma[0])
     for i, turn in enumerate(Rotation.from_rotvec(mean).as_matrix()):

@@ -109,10 +109,10 @@ class ExactBody(BallFlow):
         p_tilde = p / size / (ball.D * np.sqrt(u))
         # ∂/∂p̃ of ½U(p̃, p̃) and ½(p̃, Ap̃), along the sphere.
         steep = ball.a * p_tilde
-        steep = steep - np.sum(steep * gamma, axis=-1, keepdims=True) * gamma
+        steep -= np.sum(steep * gamma, axis=-1, keepdims=True) * gamma
         columns = np.stack([u * p_tilde, steep], axis=-1).reshape(-1, 2)
         sizes, scale = np.linalg.norm(columns, axis=0), np.linalg.norm(velocity)
-        columns = columns / sizes
+        columns /= sizes
         weights = np.linalg.lstsq(columns, velocity.reshape(-1), rcond=SMALLEST)[0]
         left = float(np.linalg.norm(columns @ weights - velocity.reshape(-1)) / scale)
         # What roundings of the velocities do to the frequencies, by the direction of the worst weights.

@@ -129,7 +129,7 @@ def action_variables(exact: ExactFlow) -> Array:
         value = np.sqrt(torus.lead * np.prod(np.abs(branch), axis=1)) / (2.0 * branch[:, 0])
         for g in range(axis.shape[1]):
             if g not in (oval.low_axis, oval.high_axis):
-                value = value / axis[:, g]
+                value /= axis[:, g]
         if oval.low_axis is None:
             value = value * width * sine[:, 0]
         value = -value if oval.high_axis is not None else value * width * (1.0 - sine[:, 0])

@@ -60,11 +60,11 @@ def _frames(k: Array, gamma: Array) -> Array:
         raise gi.DomainError("gamma", gamma, "vectors that are not zero")
     vertical = gamma / height
     across = k - np.sum(k * vertical, axis=-1, keepdims=True) * vertical
-    across = across - np.sum(across * vertical, axis=-1, keepdims=True) * vertical
+    across -= np.sum(across * vertical, axis=-1, keepdims=True) * vertical
     size = np.linalg.norm(across, axis=-1, keepdims=True)
     if np.any(size <= PARALLEL * np.linalg.norm(k, axis=-1, keepdims=True)):
         raise gi.DomainError("k", k, "momenta that are not parallel to gamma")
-    across = across / size
+    across /= size
     return np.stack([vertical, across, np.cross(vertical, across)], axis=-1)
 
 

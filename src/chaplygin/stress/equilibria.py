@@ -55,7 +55,7 @@ def straight(name: str, n: int, distance: float) -> gi.Model:
     """Return a motion with γ along the first axis and p along the second: it stays in their plane."""
     gamma, p = near_axis(n, 0, distance), 2.0 * near_axis(n, 1, distance)
     for _ in range(2):
-        p = p - (gamma @ p) * gamma
+        p -= (gamma @ p) * gamma
     return motion(name, a_values(n), D, gamma, p)
 
 

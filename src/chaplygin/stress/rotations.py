@@ -105,6 +105,6 @@ def _turning(name: str) -> gi.Model:
 def tumbling(n: int) -> gi.Model:
     """Return a general motion at an angular velocity of about 1."""
     omega = np.triu(np.sin(2.0 + np.arange(n * n)).reshape(n, n), 1)
-    omega = omega / np.linalg.norm(omega, 2)
+    omega /= np.linalg.norm(omega, 2)
     sphere = ChaplyginSphere(inertia=_moments(n), D=1.0)
     return ball_model(sphere, direction(n), attitude=True, omega=omega - omega.T)

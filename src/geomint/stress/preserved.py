@@ -132,7 +132,7 @@ class Quantities:
                 # Rotations by a radian, translations by the size of what they move.
                 units = np.eye(group.algebra_rows)
                 moves = [float(np.max(np.abs(increment(row, y)) / self._sizes)) for row in units]
-                xi = xi / [max(move, 1e-300) for move in moves]
+                xi /= [max(move, 1e-300) for move in moves]
             moved = y + increment(xi, y)
             x, z = self.value(name, t, y), self.value(name, t, moved)
             worst = max(worst, _relative(x - z, max(abs(x), abs(z))))

@@ -86,7 +86,7 @@ def _largest(series: Array, least: float) -> Jump | None:
     before = (sums[places] - sums[low]) / (places - low)
     after = (sums[high] - sums[places + 1]) / (high - places - 1)
     changes = after - before
-    changes = changes - np.median(changes)
+    changes -= np.median(changes)
     i = int(np.argmax(np.abs(changes)))
     size, at = float(changes[i]), int(places[i])
     others = np.abs(changes[np.abs(places - at) > SIDE])

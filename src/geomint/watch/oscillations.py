@@ -115,7 +115,7 @@ def _refined(u: Array, curve: Array, series: Array, periods: Array) -> Array | N
         slopes = 2.0 * np.pi * u[:, None] * (waves[:, :count] * b - waves[:, count:] * a)
         c = _solved(np.hstack([curve, waves, slopes]), series)
         a, b, step = c[-3 * count :].reshape(3, -1)
-        p = p + np.clip(step, -0.3, 0.3)
+        p += np.clip(step, -0.3, 0.3)
         if np.abs(step).max() < SOLVED:
             break
     close = count > 1 and np.diff(np.sort(p)).min() < 0.5

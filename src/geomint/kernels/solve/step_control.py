@@ -26,10 +26,10 @@ def logarithm(x):
     x = 1e-12 if x < 1e-12 else (1e12 if x > 1e12 else x)
     power = 0.0
     while x > ROOT_2:
-        x = 0.5 * x
+        x *= 0.5
         power += 1.0
     while x < 1.0 / ROOT_2:
-        x = 2.0 * x
+        x *= 2.0
         power -= 1.0
     z = (x - 1.0) / (x + 1.0)
     s = z * z
@@ -42,7 +42,7 @@ def logarithm(x):
 def exponential(x):
     """Return exp x to 1e-8, for x cut to what a factor may be."""
     x = LOG_SMALLEST if x < LOG_SMALLEST else (LOG_LARGEST if x > LOG_LARGEST else x)
-    x = x / 16.0
+    x /= 16.0
     result = 1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0))))
     for _ in range(4):
         result *= result

@@ -92,7 +92,7 @@ class Sphere(Orthonormal):
         size = length(v)
         result = v / (size or 1.0)
         for _ in range(2):
-            result = result - (y @ result) / (y @ y) * y
+            result -= (y @ result) / (y @ y) * y
         return result * size
 
     def random(self, rng: np.random.Generator) -> dict[str, Array]:

@@ -150,7 +150,7 @@ def _nearest(X: Array) -> Array:
 def random_rotation(rng: np.random.Generator, n: int) -> Array:
     """Return a rotation of R^n, uniform (Haar's measure), shape (n, n)."""
     q, r = np.linalg.qr(rng.normal(size=(n, n)))
-    q = q * np.sign(np.diag(r))
+    q *= np.sign(np.diag(r))
     q[0] *= np.linalg.det(q)
     for _ in range(2):  # orthogonal to rounding, as the signs and the determinant leave it
         q = q @ (1.5 * np.eye(n) - 0.5 * q.T @ q)
