@@ -234,15 +234,15 @@ def _judged(trial: Trial, method: Method) -> Found:
         end, steps = trial.plan(method)
         common = {"h": abs(end) / steps / trial.time, "steps": steps}
     except Exception as error:
-        return _verdict("untyped", error)
+        return verdict_of("untyped", error)
     try:
         outcome = trial.attempt(end, method, steps)
     except Exception as error:
-        return {**common, **_verdict("untyped", error)}
+        return {**common, **verdict_of("untyped", error)}
     if isinstance(outcome.error, StepError):
         return {**common, **_failed(outcome.error)}
     if outcome.error is not None:
-        return {**common, **_verdict("refused", outcome.error)}
+        return {**common, **verdict_of("refused", outcome.error)}
     solution = outcome.result()
     if method.adaptive:
         common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
@@ -255,13 +255,14 @@ def _judged(trial: Trial, method: Method) -> Found:
     return {**common, **_accuracy(trial, method, solution, end, steps)}
 
 
-def _verdict(verdict: str, error: Exception) -> Found:
+def verdict_of(verdict: str, error: Exception) -> Found:
+    """Return what a verdict by an error says."""
     return {"verdict": verdict, "message": raised(error)}
 
 
 def _failed(error: StepError) -> Found:
     """Hold a typed error of a step to what it is to carry: where, what is left, a finite partial."""
-    found = {**_verdict("failed", error), "quantity": "residual", "error": error.residual}
+    found = {**verdict_of("failed", error), "quantity": "residual", "error": error.residual}
     partial = error.partial
     if not (np.isfinite(error.t) and error.step >= 0) or partial is None:
         return {**found, "verdict": "wrong", "message": f"an error without its place: {error!r}"}

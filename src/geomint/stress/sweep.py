@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ..errors import GeomintError, GeomintWarning, nearest, raised
+from ..errors import GeomintError, GeomintWarning, nearest
 from ..methods import Adaptive, Compose, Method, find_method, method_names
 from ..plan.fitting import unfit
 from ..problems.systems import Model
 from ..run.many import run_many
 from .case import Names, StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
-from .judge import Cell, Found, Trial, judge
+from .judge import Cell, Found, Trial, judge, verdict_of
 from .known_end import KnownEnd, known_end
 
 SECONDS = 60.0  # of a cell, compilations apart
@@ -121,10 +121,8 @@ def items_of(
             model = _built(case.build)
         except Exception as error:
             verdict = "refused" if isinstance(error, GeomintError) else "untyped"
-            message = raised(error)
-            judged += [
-                _cell(case, "", m.name, {"verdict": verdict, "message": message}) for m in methods
-            ]
+            found = verdict_of(verdict, error)
+            judged += [_cell(case, "", m.name, found) for m in methods]
             continue
         for name, problem in model.problems.items():
             chosen = case.quick if quick else case.representations
@@ -183,7 +181,7 @@ def run_item(item: Item) -> Cell:
     try:
         found = judge(_trial(item.case, item.representation), find_method(item.method))
     except Exception as error:
-        found = {"verdict": "untyped", "message": raised(error)}
+        found = verdict_of("untyped", error)
     return _cell(case, item.representation, item.method, found)
 
 
