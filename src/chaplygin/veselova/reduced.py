@@ -38,17 +38,10 @@ def veselova_field(params, t, y, out, work):
     """γ̇ = −wγ, ṗ = −wp; y = (γ, p)."""
     n = len(y) // 2
     _, b, a = factors(params, n)
-    g, p = y[0], y[n]
-    g2, gp, u = g * g, g * p, b[0] * g * g
-    gag, gap, pap = a[0] * g * g, a[0] * g * p, a[0] * p * p
-    for i in range(1, n):
-        g, p = y[i], y[n + i]
-        g2 += g * g
-        gp += g * p
-        u += b[i] * g * g
-        gag += a[i] * g * g
-        gap += a[i] * g * p
-        pap += a[i] * p * p
+    momentum = part(y, n, n)
+    g2, gp, u = inner(n, y, y), inner(n, y, momentum), weighted(n, b, y, y)
+    gag, gap = weighted(n, a, y, y), weighted(n, a, y, momentum)
+    pap = weighted(n, a, momentum, momentum)
     r = 1.0 / u
     gaq, paq = r * (g2 * gap - gp * gag), r * (g2 * pap - gp * gap)
     rg2, rgp = r * g2, r * gp
