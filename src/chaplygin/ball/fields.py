@@ -191,9 +191,7 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
         total = 0.0 * y[0]
         for i in range(n):
             for j in range(n):
-                entry = k[i * n] * k[j * n]
-                for c in range(1, n):
-                    entry += k[i * n + c] * k[j * n + c]
+                entry = inner(n, part(k, i * n, n), part(k, j * n, n))
                 total += entry * entry
         return total
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arguments import Array
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.blocks import Block, packed, sections
+from ...kernels.numbers.blocks import Block, packed, part, sections
 from ...kernels.numbers.circular import cos, sin
 from ..forms import Hamiltonian
 from ..problem import Problem
@@ -30,16 +30,21 @@ def named(params: Any, n: int) -> Any:
     return sections(params, metric_rows(n))
 
 
+@helper
+def inner(n: int, x: Any, z: Any) -> Any:
+    """Return (x, z) over the first n rows."""
+    total = x[0] * z[0]
+    for i in range(1, n):
+        total += x[i] * z[i]
+    return total
+
+
 @field
 def gradients(params, t, q, p, dq, dp, work):
     """∂H/∂q = ½|p|² ∂φ/∂q + (1 + ½ sin 2t) c, ∂H/∂p = φp + ψ(b, p) b."""
     n = len(q)
     epsilon, delta, psi, b, c = named(params, n)
-    bq, bp, pp = b[0] * q[0], b[0] * p[0], p[0] * p[0]
-    for i in range(1, n):
-        bq += b[i] * q[i]
-        bp += b[i] * p[i]
-        pp += p[i] * p[i]
+    bq, bp, pp = inner(n, b, q), inner(n, b, p), inner(n, p, p)
     phi = 1.0 + epsilon[0] * cos(t) + delta[0] * bq * bq
     slope = delta[0] * bq * pp
     pull = 1.0 + 0.5 * sin(2.0 * t)
@@ -58,19 +63,10 @@ def motion(params, t, y, out, work):
     """
     n = len(y) // 2
     epsilon, delta, psi, b, c = named(params, n)
-    bq, bp, pp = b[0] * y[0], b[0] * y[n], y[n] * y[n]
-    qq, qp, bb = y[0] * y[0], y[0] * y[n], b[0] * b[0]
-    cq, bc = c[0] * y[0], c[0] * b[0]
-    for i in range(1, n):
-        q, p = y[i], y[n + i]
-        bq += b[i] * q
-        bp += b[i] * p
-        pp += p * p
-        qq += q * q
-        qp += q * p
-        bb += b[i] * b[i]
-        cq += c[i] * q
-        bc += b[i] * c[i]
+    p = part(y, n, n)
+    bq, bp, pp = inner(n, b, y), inner(n, b, p), inner(n, p, p)
+    qq, qp, bb = inner(n, y, y), inner(n, y, p), inner(n, b, b)
+    cq, bc = inner(n, c, y), inner(n, b, c)
     phi = 1.0 + epsilon[0] * cos(t) + delta[0] * bq * bq
     slope = delta[0] * bq * pp
     pull = 1.0 + 0.5 * sin(2.0 * t)
@@ -83,7 +79,7 @@ def motion(params, t, y, out, work):
     multiplier = right / (phi * qq + psi[0] * bq * bq)
     for i in range(n):
         bi, ci = b[i], c[i]
-        out[i] = phi * y[n + i] + psi[0] * bp * bi
+        out[i] = phi * p[i] + psi[0] * bp * bi
         out[n + i] = -(slope * bi + pull * ci) - multiplier * y[i]
 
 
@@ -92,11 +88,8 @@ def tangency(params, t, y, work):
     """(q, ∂H/∂p)."""
     n = len(y) // 2
     epsilon, delta, psi, b, _ = named(params, n)
-    bq, bp, qp = b[0] * y[0], b[0] * y[n], y[0] * y[n]
-    for i in range(1, n):
-        bq += b[i] * y[i]
-        bp += b[i] * y[n + i]
-        qp += y[i] * y[n + i]
+    p = part(y, n, n)
+    bq, bp, qp = inner(n, b, y), inner(n, b, p), inner(n, y, p)
     phi = 1.0 + epsilon[0] * cos(t) + delta[0] * bq * bq
     return phi * qp + psi[0] * bp * bq
 
