@@ -9,7 +9,7 @@ import pytest
 import geomint as gi
 from geomint.compare import reference
 from geomint.compare.reference import reference_solution
-from geomint.compare.reference_record import place_of
+from geomint.compare.reference_record import name_of
 from tests.problems import morse
 
 
@@ -32,8 +32,9 @@ def circle_rate(params, t, y, work):
 
 @pytest.fixture
 def forget(monkeypatch, tmp_path):
-    monkeypatch.setattr(reference, "place_of", lambda *a: tmp_path / "reference.json")
-    return tmp_path / "reference.json"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(reference, "name_of", lambda *a: "reference.json")
+    return tmp_path / "geomint" / "references" / "reference.json"
 
 
 def test_circle_to_the_last_bit(forget):
@@ -88,6 +89,7 @@ def test_second_time_comes_from_disk(forget, monkeypatch):
 
 
 def test_broken_file_is_ignored(forget):
+    forget.parent.mkdir(parents=True)
     forget.write_text("{not json")
     problem = gi.Problem("circle", (("x", 2),), field=circle)
     assert reference_solution(problem, np.array([1.0, 0.0]), 1.0).y[0] == pytest.approx(np.cos(1.0))
@@ -96,16 +98,16 @@ def test_broken_file_is_ignored(forget):
 def test_hash_depends_on_everything():
     make = lambda **k: gi.Problem("circle", (("x", 2),), **{"field": circle, **k})  # noqa: E731
     y0 = np.array([1.0, 0.0])
-    paths = {
-        place_of(make(), y0, 1.0),
-        place_of(make(), y0, 2.0),
-        place_of(make(), y0 + 1e-16 * np.array([0, 1]), 1.0),
-        place_of(make(params=[1.0]), y0, 1.0),
-        place_of(make(field=pendulum), y0, 1.0),
-        place_of(gi.Problem("circle", (("x", 1), ("y", 1)), field=circle), y0, 1.0),
-        place_of(make(clock=circle_rate, time="tau"), y0, 1.0),
+    names = {
+        name_of(make(), y0, 1.0),
+        name_of(make(), y0, 2.0),
+        name_of(make(), y0 + 1e-16 * np.array([0, 1]), 1.0),
+        name_of(make(params=[1.0]), y0, 1.0),
+        name_of(make(field=pendulum), y0, 1.0),
+        name_of(gi.Problem("circle", (("x", 1), ("y", 1)), field=circle), y0, 1.0),
+        name_of(make(clock=circle_rate, time="tau"), y0, 1.0),
     }
-    assert len(paths) == 7
+    assert len(names) == 7
 
 
 def test_no_field_no_reference():

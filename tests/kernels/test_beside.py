@@ -174,3 +174,25 @@ def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
     )  # fmt: skip
     assert done.stdout.strip() == alone.drift["measure"].final_error.hex()
     assert {"runge_kutta_step", "measure"} <= folders(tmp_path)
+
+
+FLAGS = """
+import sys
+from geomint.kernels.compiling import beside
+seen = []
+def popen(command, **more):
+    seen.extend(command)
+    raise OSError
+beside.subprocess.Popen, beside.cores = popen, lambda: 2
+with beside.compiled_beside(lambda: (len,)):
+    beside.other("x", True)
+print(*seen[1 : seen.index("-c")])
+"""
+
+
+def test_it_runs_as_this_process_does() -> None:
+    """With the same options of Python."""
+    done = subprocess.run(
+        [sys.executable, "-s", "-O", "-W", "ignore", "-c", FLAGS], capture_output=True, text=True
+    )
+    assert set(done.stdout.split()) >= {"-s", "-O", "-Wignore"}, done.stderr

@@ -22,7 +22,7 @@ from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import helper
 
-assert cache_folder().name.endswith("-boundscheck")
+assert cache_folder().path.name.endswith("-boundscheck")
 
 
 @helper

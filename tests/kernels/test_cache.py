@@ -247,17 +247,17 @@ def test_an_edited_kernel_empties_the_cache(
     from geomint.kernels.compiling import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    before = cache.cache_folder()
+    before = cache.cache_folder().path
     assert before.parent == tmp_path / "geomint"
     package = tmp_path / "kernels"
     shutil.copytree(Path(cache.__file__).parents[1], package)
     monkeypatch.setattr(cache, "_KERNELS", package)
     cache.kernel_stamp.cache_clear()
     try:
-        assert cache.cache_folder() == before
+        assert cache.cache_folder().path == before
         (package / "solve" / "status.py").write_text("OK = 0\n", encoding="utf-8")
         cache.kernel_stamp.cache_clear()
-        assert cache.cache_folder() != before
+        assert cache.cache_folder().path != before
     finally:
         cache.kernel_stamp.cache_clear()
 
@@ -268,9 +268,9 @@ def test_the_default_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert Path(cache.__file__).parent not in cache.cache_folder().parents
+    assert Path(cache.__file__).parent not in cache.cache_folder().path.parents
     if sys.platform.startswith("linux"):
-        assert cache.cache_folder().parent == tmp_path / "geomint"
+        assert cache.cache_folder().path.parent == tmp_path / "geomint"
 
 
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
@@ -288,7 +288,7 @@ from geomint import GeomintWarning
 assert [issubclass(w.category, GeomintWarning) for w in caught] == [True], caught
 assert "cannot be kept" in str(caught[0].message)
 """
-    bad = run("-c", catching, cache=blocked)
+    bad = run("-c", catching, cache=blocked, HOME=str(blocked), XDG_CACHE_HOME=str(blocked))
     assert bad.compiled == good.compiled
     assert bad.results == good.results
 

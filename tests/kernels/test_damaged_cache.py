@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import stat
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from geomint.kernels.compiling import private
 from geomint.kernels.compiling.private import private_folder
 
 from .test_cache import FIELD, POINTS, REPORT, Outcome, run
@@ -75,37 +77,136 @@ def test_the_folder_is_private_whatever_the_umask(tmp_path: Path) -> None:
 
 
 @posix
-def test_what_others_may_have_put_there_is_not_run(warm: tuple[Path, Outcome]) -> None:
-    """A folder that was open to all loses its content before anything of it is unpickled."""
+@pytest.mark.parametrize("up", [0, 1, 2])
+def test_what_others_may_have_put_there_is_not_run(
+    up: int, warm: tuple[Path, Outcome], tmp_path: Path
+) -> None:
+    """Code is kept in the user's own folder instead; what is in the open one stays as it is."""
     cache, first = warm
-    folder = next(path.parent for path in cache.rglob("*.nbc"))
-    folder.chmod(0o777)
-    again = run(*COMMAND, cache=cache)
-    assert again.compiled == first.compiled
-    assert stat.S_IMODE(folder.stat().st_mode) & 0o022 == 0
+    files = {path: path.read_bytes() for path in cache.rglob("*.nbc")}
+    place = next(iter(files)).parents[up]
+    mode = stat.S_IMODE(place.stat().st_mode)
+    place.chmod(0o777)
+    try:
+        for compiled in (first.compiled, []):
+            own = str(tmp_path / "own")
+            again = run("-W", "ignore", *COMMAND, cache=cache, XDG_CACHE_HOME=own)
+            assert again.compiled == compiled
+        assert stat.S_IMODE(place.stat().st_mode) == 0o777
+    finally:
+        place.chmod(mode)
+    assert {path: path.read_bytes() for path in cache.rglob("*.nbc")} == files
+
+
+def test_where_code_is_kept_instead_is_told(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.touch()
+    catching = f"""
+import warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    exec({REPORT + FIELD + POINTS!r})
+assert ["is kept in" in str(w.message) for w in caught] == [True], caught
+"""
+    own = {"XDG_CACHE_HOME": str(tmp_path / "own")}
+    first, second = (run("-c", catching, cache=blocked, **own) for _ in range(2))
+    assert first.compiled
+    assert second.compiled == []
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder for what is kept, and none instead of it."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
+    (tmp_path / "none").touch()
+    monkeypatch.setenv("HOME", str(tmp_path / "none"))
+    yield tmp_path / "cache" / "geomint" / "some"
+    private._opened.cache_clear()
 
 
 @posix
-@pytest.mark.parametrize("removable", [True, False])
-def test_nothing_stays_of_an_open_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, removable: bool
-) -> None:
-    """Whatever was put there; if it cannot be removed, no later process trusts it either."""
-    folder = tmp_path / "kernels"
-    (folder / "a" / "b").mkdir(parents=True)
-    (folder / "link").symlink_to(tmp_path)
-    (folder / "z.nbc").touch()
-    folder.chmod(0o777)
-    with monkeypatch.context() as patch:
-        if not removable:
-            patch.setattr("shutil.rmtree", lambda place: Path(place).unlink())
-            for _ in range(2):
-                with pytest.raises(OSError, match="a"):
-                    private_folder(folder)
-            assert stat.S_IMODE(folder.stat().st_mode) == 0o777
-    private_folder(folder)
-    assert stat.S_IMODE(folder.stat().st_mode) == 0o755
-    assert list(folder.iterdir()) == []
+def test_a_folder_that_is_swapped_is_held(kept: Path) -> None:
+    folder = private_folder("some")
+    folder.write("a", b"own")
+    kept.rename(kept.with_name("away"))
+    kept.mkdir()
+    (kept / "a").write_bytes(b"of somebody")
+    assert folder.read("a") == b"own"
+
+
+@posix
+def test_a_folder_that_is_removed_is_made_again(kept: Path) -> None:
+    folder = private_folder("some")
+    folder.write("a", b"one")
+    shutil.rmtree(kept)
+    assert folder.read("a") is None
+    folder.write("a", b"two")
+    assert folder.read("a") == (kept / "a").read_bytes() == b"two"
+
+
+@posix
+def test_what_is_no_file_of_the_user_is_not_read(kept: Path, tmp_path: Path) -> None:
+    folder = private_folder("some")
+    (tmp_path / "elsewhere").write_bytes(b"of somebody")
+    (kept / "link").symlink_to(tmp_path / "elsewhere")
+    (kept / "folder").mkdir()
+    os.mkfifo(kept / "fifo")
+    (kept / "open").write_bytes(b"of somebody")
+    (kept / "open").chmod(0o666)
+    for name in ("link", "fifo", "open"):
+        assert folder.read(name) is None
+        folder.write(name, b"own")
+        assert folder.read(name) == b"own"
+    assert (tmp_path / "elsewhere").read_bytes() == b"of somebody"
+    assert folder.read("folder") is None
+
+
+@posix
+@pytest.mark.parametrize("way", ["cache", "cache/geomint", "cache/geomint/some"])
+def test_nothing_is_removed_where_a_link_leads(way: str, kept: Path, tmp_path: Path) -> None:
+    """To a folder that others may write to: it stays as it is."""
+    theirs = tmp_path / "theirs"
+    (theirs / "folder").mkdir(parents=True)
+    (theirs / "file").touch()
+    theirs.chmod(0o777)
+    (tmp_path / way).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / way).symlink_to(theirs)
+    with pytest.raises(PermissionError, match="others may write"):
+        private_folder("some")
+    assert sorted(path.name for path in theirs.iterdir()) == ["file", "folder"]
+    assert stat.S_IMODE(theirs.stat().st_mode) == 0o777
+    theirs.chmod(0o700)
+    private_folder("some").write("a", b"own")
+    assert (theirs / "file").exists()
+
+
+@posix
+def test_links_that_lead_in_a_circle(kept: Path, tmp_path: Path) -> None:
+    (tmp_path / "cache").symlink_to(tmp_path / "cache")
+    with pytest.raises(PermissionError, match="link"):
+        private_folder("some")
+
+
+@posix
+def test_the_group_may_write_where_it_is_the_users_own(kept: Path) -> None:
+    """As with a umask of 002."""
+    import grp
+    import pwd
+
+    user = pwd.getpwuid(os.geteuid())
+    own = grp.getgrgid(user.pw_gid)
+    kept.mkdir(parents=True)
+    os.chown(kept, -1, user.pw_gid)
+    kept.chmod(0o775)
+    if own.gr_name == user.pw_name and set(own.gr_mem) <= {user.pw_name}:
+        private_folder("some").write("a", b"own")
+    others = next((g.gr_gid for g in grp.getgrall() if g.gr_gid != user.pw_gid), None)
+    if others is not None and os.geteuid() == 0:
+        private._opened.cache_clear()
+        os.chown(kept, -1, others)
+        with pytest.raises(PermissionError, match="others may write"):
+            private_folder("some")
 
 
 @posix
@@ -117,7 +218,8 @@ def test_a_folder_of_another_user_is_not_used(warm: tuple[Path, Outcome]) -> Non
     folder = next(path.parent for path in cache.rglob("*.nbc"))
     os.chown(folder, 12345, -1)
     try:
-        outcome = run("-W", "ignore", *COMMAND, cache=cache)
+        own = str(cache / "own")
+        outcome = run("-W", "ignore", *COMMAND, cache=cache, XDG_CACHE_HOME=own)
         assert outcome.compiled == first.compiled
     finally:
         os.chown(folder, 0, -1)
@@ -266,7 +368,10 @@ def test_every_compilation_tells_that_it_is_not_kept(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     done = subprocess.run(
         [sys.executable, "-c", POINTWISE],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "file")},
+        env={
+            **os.environ,
+            **dict.fromkeys(("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"), str(tmp_path / "file")),
+        },
         capture_output=True,
         text=True,
         check=False,

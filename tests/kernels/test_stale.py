@@ -174,10 +174,13 @@ def test_edited_sources_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     from geomint.kernels.compiling.compile import _entry
 
     monkeypatch.setattr(cache, "STARTED", 0.0)
+    monkeypatch.setattr(cache, "_notes", [])
+    monkeypatch.setattr(cache, "_taken", False)
     cache.sources_edited.cache_clear()
     try:
         assert not hasattr(_entry(gi.helper(lambda x: x)), "_cache") or isinstance(
             _entry(gi.helper(lambda x: x))._cache, cache.UnkeptCache
         )
+        assert "younger than this process" in cache.take_note()
     finally:
         cache.sources_edited.cache_clear()

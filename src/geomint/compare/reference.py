@@ -30,7 +30,7 @@ from ..problems.deviation import relative_error
 from ..problems.problem import Problem
 from ..tableaux import gauss_legendre
 from .confirmation import confirm, named
-from .reference_record import RESOLUTION, Reference, place_of, stored
+from .reference_record import RESOLUTION, Reference, name_of, stored
 
 STAGES = 12
 METHOD = f"gauss-{STAGES}, double-double"
@@ -69,11 +69,11 @@ def reference_solution(
     if problem.field is None:
         raise FormError(f"problem {problem.name!r} has no field: no reference can be computed")
     check_problem(problem, y0, "field", problem.clock is not None)
-    path = place_of(problem, y0, own_end)
-    found = stored(path)
+    name = name_of(problem, y0, own_end)
+    found = stored(name)
     if found is None:
         found = _computed(problem, y0, own_end)
-        found.store(path)
+        found.store(name)
     return found.for_errors(judges)
 
 

@@ -10,7 +10,6 @@ import json
 import math
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ import numpy as np
 from ..arguments import Array
 from ..errors import UnknownReferenceError
 from ..problems.problem import Problem
-from ..run.files.outputs import whole_file
 from .confirmation import Confirmation
 
 MARGIN = 10.0  # how far below an error a reference must be known to judge it
@@ -124,28 +122,24 @@ class Reference:
             "confirmation": second and {**asdict(second), "agrees": self.agrees},
         }
 
-    def store(self, path: Path | None) -> None:
+    def store(self, name: str) -> None:
         """Write everything to disk; a folder that cannot be written costs time, nothing else."""
-        if path is None:
-            return
         from ..kernels.compiling.private import private_folder
 
         data = {**asdict(self), "y": list(self.y), "steps": list(self.steps)}
         with suppress(OSError):
-            private_folder(path.parent)
-            with whole_file(path) as unfinished:
-                unfinished.write_text(json.dumps(data), encoding="utf-8")
+            private_folder("references").write(name, json.dumps(data).encode())
 
 
-def stored(path: Path | None) -> Reference | None:
-    """Return the reference that is there, or None; also of a file that is damaged."""
-    if path is None or not path.is_file():
-        return None
+def stored(name: str) -> Reference | None:
+    """Return the reference of a name, or None; also of a file that is damaged."""
     from ..kernels.compiling.private import private_folder
 
     try:
-        private_folder(path.parent)  # nobody else may have put a reference there
-        data = json.loads(path.read_text(encoding="utf-8"))
+        content = private_folder("references").read(name)
+        if content is None:
+            return None
+        data = json.loads(content)
         second = data.pop("confirmation")
         data.update(y=np.array(data["y"]), steps=tuple(data["steps"]))
         return Reference(**data, confirmation=second and Confirmation(**second))
@@ -153,22 +147,14 @@ def stored(path: Path | None) -> Reference | None:
         return None
 
 
-def place_of(problem: Problem, y0: Array, end: float) -> Path | None:
-    """Return where a reference is kept: under all that it depends on, geomint's sources included.
-
-    None where there is no place to keep anything.
-    """
+def name_of(problem: Problem, y0: Array, end: float) -> str:
+    """Return the name of a reference's file: of all that it depends on, geomint's sources included."""
     from ..kernels.compiling.digest import source_stamp  # what they got wrong must not stay
-    from ..kernels.compiling.private import cache_root
 
-    try:
-        folder = cache_root() / "references"
-    except OSError:
-        return None
     known = f"{source_stamp()} {problem.pieces} {problem.work} {problem.time}"
     digest = hashlib.sha256(known.encode())
     for f in (problem.field, problem.clock):
         digest.update(f.fingerprint.encode() if f is not None else b"-")
     for values in (problem.params, y0, np.array([end])):
         digest.update(np.ascontiguousarray(values).tobytes())
-    return folder / f"{digest.hexdigest()[:32]}.json"
+    return f"{digest.hexdigest()[:32]}.json"

@@ -17,6 +17,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from subprocess import _args_from_interpreter_flags  # type: ignore[attr-defined]
 from typing import IO, Any
 
 from .cores import cores
@@ -94,7 +95,7 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
         try:
             content = sent(tuple(tasks()))
             process = subprocess.Popen(
-                [sys.executable, "-c", _PROGRAM.format(sys.path)],
+                [sys.executable, *_args_from_interpreter_flags(), "-c", _PROGRAM.format(sys.path)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

@@ -4,8 +4,8 @@ numba stamps a cached function with its own source file only: after an edit of a
 machine code would run silently. Every dispatcher made by geomint instead carries a stamp of the
 kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
 files lie in the user's cache folder (`geomint.kernels.compiling.private`), so an installation that
-cannot be written works too; ``NUMBA_CACHE_DIR`` moves them. Where that folder cannot be written
-either, every process compiles anew, and `take_failure` says why.
+cannot be written works too; ``NUMBA_CACHE_DIR`` moves them. Where there is no such folder that is
+the user's alone, every process compiles anew; `take_note` says once what is not as it was wanted.
 
 A file holds the code of one function for one signature, after its checksum: what is damaged, of
 another process that runs at the same time, or of somebody else is compiled anew.
@@ -18,7 +18,6 @@ import functools
 import hashlib
 import os
 import pickle
-import secrets
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -34,13 +33,13 @@ from numba.core.serialize import dumps
 
 from .. import STARTED
 from .beside import other
-from .private import cache_root, private_folder
+from .private import PrivateFolder, private_folder
 
 _KERNELS = Path(__file__).parents[1]
 config: Any = _config
 _CHECKSUM = hashlib.sha256().digest_size
-_failures: list[OSError] = []
-_failure_taken = False
+_notes: list[str] = []
+_taken = False
 _ROOMS = tuple(f"geomint.kernels.{room}." for room in ("solve", "tangent", "groups"))
 
 
@@ -62,23 +61,28 @@ def _sources() -> list[Path]:
 @functools.cache
 def sources_edited() -> bool:
     """Tell whether the stamp is of other sources than this process runs, or may be."""
-    return any(path.stat().st_mtime > STARTED for path in _sources())
+    edited = any(path.stat().st_mtime > STARTED for path in _sources())
+    if edited:
+        _notes.append(
+            "compiled code is not kept: sources of geomint are younger than this process; start "
+            "it again, and see whether the clock is right"
+        )
+    return edited
 
 
-def cache_folder() -> Path:
+def cache_folder() -> PrivateFolder:
     """Return the folder of the compiled code of this version of the kernel layer."""
     # Bounds checking is not part of numba's own key: such code lives in a folder of its own.
-    checked = "-boundscheck" if config.BOUNDSCHECK else ""
-    return cache_root() / f"kernels-{kernel_stamp()}{checked}"
+    return private_folder(f"kernels-{kernel_stamp()}{'-boundscheck' * bool(config.BOUNDSCHECK)}")
 
 
-def take_failure() -> OSError | None:
-    """Return why compiled code could not be kept, once a process; None if nothing failed."""
-    global _failure_taken
-    if not _failures or _failure_taken:
-        return None
-    _failure_taken = True
-    return _failures[0]
+def take_note() -> str:
+    """Return why compiled code is not kept where it was wanted, once a process; empty if it is."""
+    global _taken
+    if not _notes or _taken:
+        return ""
+    _taken = True
+    return _notes[0]
 
 
 class StampedCache(NullCache):
@@ -91,31 +95,36 @@ class StampedCache(NullCache):
     def __init__(self, py_func, fingerprint: str, on_miss: Callable[[], None]) -> None:
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = cache_folder()
+        if self._folder.instead_of:
+            _notes.append(
+                f"compiled code is kept in {self._folder.path}, as {self._folder.instead_of}; let "
+                "NUMBA_CACHE_DIR name a folder of your own"
+            )
         self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
         # Functions of problems are compiled quickly.
         self._kernel = str(py_func.__module__).startswith(_ROOMS)
 
     @property
     def cache_path(self) -> str:
-        return str(self._folder)
+        return str(self._folder.path)
 
     def load_overload(self, sig, target_context):
-        path = self._path(sig, target_context.codegen())
-        code = self._code(path, sig, target_context)
-        if code is None and not _failures and (beside := other(path.name, self._kernel)):
-            if beside.waited(path.name):
-                code = self._code(path, sig, target_context)
+        name = self._name(sig, target_context.codegen())
+        code = self._code(name, sig, target_context)
+        if code is None and not _notes and (beside := other(name, self._kernel)):
+            if beside.waited(name):
+                code = self._code(name, sig, target_context)
             if code is None:
-                beside.tell(path.name)
+                beside.tell(name)
         if code is None:
             self._on_miss()
         return code
 
-    def _code(self, path: Path, sig, target_context):
+    def _code(self, name: str, sig, target_context):
         """Return the code that a file holds; None if there is none."""
         # Nothing of what numba knows about types is needed to load code: it takes 0.3 s to import.
         try:
-            found = self._load(path)
+            found = self._load(name)
             code = found and CompileResult._rebuild(target_context, *found)
         except OSError as failure:
             _note(failure)
@@ -127,48 +136,36 @@ class StampedCache(NullCache):
         return code if same else None
 
     def save_overload(self, sig, data) -> None:
-        path = self._path(sig, data.codegen)
+        name = self._name(sig, data.codegen)
         try:
             if not (data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)):
-                private_folder(self._folder)
-                self._save(path, dumps(data._reduce()))
+                content = dumps(data._reduce())
+                self._folder.write(name, hashlib.sha256(content).digest() + content)
         except OSError as failure:
             _note(failure)
         except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
             pass
-        if beside := other(path.name, False):
+        if beside := other(name, False):
             beside.tell("")
 
-    def flush(self) -> None:
-        for path in self._folder.glob(f"{self._base}.*.nbc"):
-            path.unlink(missing_ok=True)
-
-    def _path(self, sig, codegen) -> Path:
+    def _name(self, sig, codegen) -> str:
         key = (sig, codegen.magic_tuple(), self._fingerprint)
         digest = hashlib.sha256(repr(key).encode()).hexdigest()
-        return self._folder / f"{self._base}.{digest[:16]}.nbc"
+        return f"{self._base}.{digest[:16]}.nbc"
 
-    def _load(self, path: Path):
-        private_folder(self._folder)  # what is in it is unpickled
-        if not path.is_file():  # nor a FIFO, which would wait for ever
-            return None
-        content = path.read_bytes()
+    def _load(self, name: str):
+        content = self._folder.read(name) or b""
         checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
         return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
-
-    def _save(self, path: Path, content: bytes) -> None:
-        unfinished = path.with_suffix(f".{secrets.token_hex(8)}")
-        try:
-            unfinished.write_bytes(hashlib.sha256(content).digest() + content)
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
 
 
 def _note(failure: OSError) -> None:
     """Keep why something could not be kept; on Windows files that others have open are no reason."""
     if os.name != "nt" or failure.errno != errno.EACCES:
-        _failures.append(failure)
+        _notes.append(
+            f"compiled code cannot be kept, every process compiles anew: {failure}; let "
+            "NUMBA_CACHE_DIR name a folder of your own that can be written"
+        )
 
 
 def make_cache(
@@ -178,7 +175,7 @@ def make_cache(
     try:
         return StampedCache(py_func, fingerprint, on_miss)
     except OSError as failure:
-        _failures.append(failure)
+        _note(failure)
         return UnkeptCache(on_miss)
 
 

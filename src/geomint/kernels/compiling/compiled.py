@@ -44,30 +44,25 @@ def compiled(function: Recorded, signature):
     DeclarationError
         If it cannot be compiled; numba's own error is the cause.
     """
-    take_failure, compile_function, numba_error = _machinery()
+    take_note, compile_function, numba_error = _machinery()
     try:
         found = compile_function(function, signature)
     except (numba_error, AssertionError, RecursionError) as error:
         what = f"cannot be compiled: {reason_of(error, function)}; see geomint.field"
         raise DeclarationError(None, function.function.__name__, what) from error
-    failure = take_failure()
-    if failure is not None:
-        words = (
-            f"compiled code cannot be kept, every process compiles anew: {failure}; let "
-            "NUMBA_CACHE_DIR name a folder that can be written"
-        )
-        tell(SpeedWarning(words, "compiled code"))
+    if note := take_note():
+        tell(SpeedWarning(note, "compiled code"))
     return found
 
 
 @functools.cache
 def _machinery() -> tuple[Any, Any, Any]:
     """Return what imports numba, imported when something is compiled first."""
-    from .cache import take_failure
+    from .cache import take_note
     from .compile import compile_function
     from .foreign import NumbaError
 
-    return take_failure, compile_function, NumbaError
+    return take_note, compile_function, NumbaError
 
 
 def reason_of(error: BaseException, function: Recorded) -> str:
