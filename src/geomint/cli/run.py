@@ -30,15 +30,18 @@ def command(
     chosen = options.chosen_scene(scene, **changes)
 
     from ..arguments import file_path
+    from ..errors import OutputError
     from ..plan import expected_time, make_plan, run_plan
-    from ..run.storage import ENDINGS, save_solution
+    from ..run.storage import ENDINGS, holds_run, save_solution
 
     plan = make_plan(chosen)
-    out = out or Path(f"{chosen.name}.nc")
+    given, out = out, out or Path(f"{chosen.name}.nc")
     options.print_notes(chosen)
     options.check_time(lambda: expected_time([plan]), yes)
     file_path("--out", out, ENDINGS, strict=False)
     check_file(out)
+    if not given and out.exists() and not holds_run(out):
+        raise OutputError(out, "another file is there, which is left alone; name one with --out")
     result = run_plan(plan, not quiet)
     options.tell_failure(result[0])
     solution = result[0].solution

@@ -18,7 +18,7 @@ from markupsafe import Markup
 
 from ..errors import printable
 from ..plots.style import Picture, data_uri
-from ..run.files.outputs import whole_folder
+from ..run.files.outputs import digests, whole_folder
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import paper_files, report_files
@@ -117,13 +117,15 @@ def write_files(
     html, json = (next(n for n in names if n.endswith(kind)) for kind in (".html", ".json"))
     with whole_folder(folder, names) as unfinished:
         (unfinished / html).write_text(page, encoding="utf-8")
-        (unfinished / json).write_text(data, encoding="utf-8")
         for name, picture in pictures.items():
             picture.save(unfinished, name)
         for name, write in others.items():
             write(unfinished / name)
         if paper is not None:
             paper.write(unfinished, {name: p.figure for name, p in pictures.items()})
+        files = json_text({"files": digests(unfinished)})  # by which the next report knows them
+        told = data.rstrip().removesuffix("}").rstrip() + "," + files[1:]
+        (unfinished / json).write_text(told, encoding="utf-8")
     return folder / html
 
 

@@ -200,6 +200,12 @@ def _seal(path: Path) -> None:
         file.write(digits.encode())
 
 
+def holds_run(path: Path) -> bool:
+    """Tell whether a regular file holds a run, of any version."""
+    with path.open("rb") as file:
+        return _KIND.search(file.read(_HEADER)) is not None
+
+
 def _check_seal(path: Path) -> None:
     """Refuse a file that is not what was written, before anything in it is believed."""
     name = fspath(path)

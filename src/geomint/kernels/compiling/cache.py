@@ -31,15 +31,14 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from .. import STARTED
+from .. import STARTED, sources
 from .beside import other
 from .private import PrivateFolder, private_folder
 
 _KERNELS = Path(__file__).parents[1]
 config: Any = _config
 _CHECKSUM = hashlib.sha256().digest_size
-_notes: list[str] = []
-_taken = False
+_notes: dict[str, str] = {}  # by kind, each of which is told once
 _ROOMS = tuple(f"geomint.kernels.{room}." for room in ("solve", "tangent", "groups"))
 
 
@@ -48,25 +47,18 @@ def kernel_stamp() -> str:
     """Return a hash of every source file of the kernel layer, of Python, numpy and the compiler."""
     versions = (sys.implementation.cache_tag, *(m.__version__ for m in (numba, llvmlite, np)))
     digest = hashlib.sha256(" ".join(versions).encode())
-    for path in _sources():
+    for path in sorted(_KERNELS.rglob("*.py")):
         digest.update(str(path.relative_to(_KERNELS)).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _sources() -> list[Path]:
-    return sorted(_KERNELS.rglob("*.py"))
-
-
 @functools.cache
 def sources_edited() -> bool:
     """Tell whether the stamp is of other sources than this process runs, or may be."""
-    edited = any(path.stat().st_mtime > STARTED for path in _sources())
-    if edited:
-        _notes.append(
-            "compiled code is not kept: sources of geomint are younger than this process; start "
-            "it again, and see whether the clock is right"
-        )
+    if edited := sources() != STARTED:
+        why = "sources of geomint changed after this process began; start it again"
+        _notes.setdefault("edited", f"compiled code is not kept: {why}")
     return edited
 
 
@@ -78,11 +70,11 @@ def cache_folder() -> PrivateFolder:
 
 def take_note() -> str:
     """Return why compiled code is not kept where it was wanted, once a process; empty if it is."""
-    global _taken
-    if not _notes or _taken:
-        return ""
-    _taken = True
-    return _notes[0]
+    for kind, note in _notes.items():
+        if note:
+            _notes[kind] = ""
+            return note
+    return ""
 
 
 class StampedCache(NullCache):
@@ -96,22 +88,19 @@ class StampedCache(NullCache):
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = cache_folder()
         if self._folder.instead_of:
-            _notes.append(
-                f"compiled code is kept in {self._folder.path}, as {self._folder.instead_of}; let "
-                "NUMBA_CACHE_DIR name a folder of your own"
+            _notes.setdefault(
+                "elsewhere",
+                f"compiled code is kept in {self._folder.path}, for {self._folder.instead_of}; let "
+                "NUMBA_CACHE_DIR name a folder that nobody else can write to",
             )
         self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
         # Functions of problems are compiled quickly.
         self._kernel = str(py_func.__module__).startswith(_ROOMS)
 
-    @property
-    def cache_path(self) -> str:
-        return str(self._folder.path)
-
     def load_overload(self, sig, target_context):
         name = self._name(sig, target_context.codegen())
         code = self._code(name, sig, target_context)
-        if code is None and not _notes and (beside := other(name, self._kernel)):
+        if code is None and "failed" not in _notes and (beside := other(name, self._kernel)):
             if beside.waited(name):
                 code = self._code(name, sig, target_context)
             if code is None:
@@ -162,9 +151,10 @@ class StampedCache(NullCache):
 def _note(failure: OSError) -> None:
     """Keep why something could not be kept; on Windows files that others have open are no reason."""
     if os.name != "nt" or failure.errno != errno.EACCES:
-        _notes.append(
+        _notes.setdefault(
+            "failed",
             f"compiled code cannot be kept, every process compiles anew: {failure}; let "
-            "NUMBA_CACHE_DIR name a folder of your own that can be written"
+            "NUMBA_CACHE_DIR name a folder that can be written, and by nobody else",
         )
 
 

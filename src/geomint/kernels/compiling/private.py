@@ -1,28 +1,30 @@
-"""Folders that nobody else can write to, held open: files in them are unpickled and run.
+"""Folders that nobody else can write to: files in them are unpickled and run.
 
-Every folder on the way, through symlinks too, belongs to the user or to root, and others may not
-write to it, or, as in ``/tmp``, not remove the user's own. Each is opened beneath the one before,
-and files beneath the last one, without following links: who swaps a folder later swaps nothing that
-is held. What is not private is left as it is, and another folder is taken.
+Every folder on the way belongs to the user or to root, and others may not write to it, or, as in
+``/tmp``, not remove the user's own. Whenever a file is read or written, each is opened beneath the
+one before, and the file beneath the last one, without following links: who swaps a folder swaps
+nothing that is held. What is not private is left as it is, and another folder is taken. A file is
+replaced if it is one of the user's under its name; nothing is removed.
 """
 
-import contextlib
 import errno
-import functools
 import os
 import secrets
 import stat
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import platformdirs
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
-LINKS = 40  # on one way, at most
-_HELD = os.name == "posix"  # elsewhere folders cannot be held open
-_FLAGS = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
-_FOLDER = _FLAGS | getattr(os, "O_DIRECTORY", 0)
-_FILE = _FLAGS | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # a FIFO would wait
+_POSIX = os.name == "posix"
+_HELD = {os.open, os.mkdir, os.stat, os.rename, os.unlink} <= os.supports_dir_fd
+_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+# One may pass through folders that one may not read.
+_FOLDER = _FLAGS | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", getattr(os, "O_SEARCH", 0))
+_READ = _FLAGS | os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)  # a FIFO would wait
+_NEW = _FLAGS | os.O_WRONLY | os.O_CREAT | os.O_EXCL
 
 
 def private_folder(name: str) -> "PrivateFolder":
@@ -31,28 +33,26 @@ def private_folder(name: str) -> "PrivateFolder":
     Raises
     ------
     OSError
-        Why neither is there, is the user's own, or can be made.
+        Why neither is there, is the user's alone, or can be made.
     """
     failures: list[OSError] = []
     for root in _roots():
         try:
-            found = _opened(root / name)
+            if root is None:
+                raise OSError(errno.ENOTSUP, "folders cannot be held open on this system")
+            found = PrivateFolder(Path(root, name).absolute(), str(*failures[:1]))
+            with found.held():
+                return found
         except OSError as failure:
             failures.append(failure)
-            continue
-        found.instead_of = str(failures[0]) if failures else ""
-        return found
-    if not failures:
-        told = "no home folder; set NUMBA_CACHE_DIR to another one"
-        raise FileNotFoundError(errno.ENOENT, told)
-    raise failures[0]
+    none = FileNotFoundError(errno.ENOENT, "no home folder; set NUMBA_CACHE_DIR to another one")
+    raise (*failures, none)[0]
 
 
-def _roots() -> Iterator[Path]:
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    if given:
-        yield Path(given).absolute() / "geomint"
-    with contextlib.suppress(RuntimeError):  # neither HOME nor an entry of the user
+def _roots() -> Iterator[Path | None]:
+    if given := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(given, "geomint") if _HELD else None
+    with suppress(RuntimeError):  # neither HOME nor an entry of the user
         own = platformdirs.user_cache_path("geomint")
         if own.is_absolute():
             yield own
@@ -70,113 +70,93 @@ class PrivateFolder:
         Why the folder that was wanted is not taken; empty if it is.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.instead_of = path, ""
-        self._open()
+    def __init__(self, path: Path, instead_of: str) -> None:
+        self.path, self.instead_of = path, instead_of
 
-    def _open(self) -> None:
-        if _HELD:
-            self._descriptor: int | None = _held(self.path)
-        else:
-            self.path.mkdir(mode=0o700, parents=True, exist_ok=True)
-            self._descriptor = None
-
-    def __del__(self) -> None:
-        if getattr(self, "_descriptor", None) is not None:
-            os.close(self._descriptor)  # type: ignore[arg-type]
+    @contextmanager
+    def held(self) -> Iterator[int | None]:
+        """Hold the folder open, and all on the way to it; None where that cannot be."""
+        last = Path(os.path.realpath(self.path))
+        with ExitStack() as ends:
+            here = None
+            if not _HELD:
+                last.mkdir(mode=0o700, parents=True, exist_ok=True)
+            for place in (*reversed(last.parents), last):
+                if _HELD:
+                    here = _beneath(here, place)
+                    ends.callback(os.close, here)
+                _check(os.stat(place if here is None else here), place, place == last)
+            for place in self.path.parents:  # who leads the user elsewhere by links
+                _check(place.stat(), place, False)
+            yield here
 
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; None if there is none that is the user's alone."""
-        try:
-            descriptor = os.open(self._place(name), _FILE, dir_fd=self._descriptor)
-        except FileNotFoundError:
-            return None
-        except OSError as failure:
-            if failure.errno in (errno.ELOOP, errno.EMLINK, errno.ENXIO):  # a link, a socket
+        with self.held() as here:
+            try:
+                descriptor = os.open(self._place(name, here), _READ, dir_fd=here)
+            except OSError:  # also a link, a socket
                 return None
-            raise
-        try:
-            found = os.fstat(descriptor)
-            own = not _HELD or (found.st_uid == os.geteuid() and not found.st_mode & OTHERS)
-            if not (own and stat.S_ISREG(found.st_mode)):
-                return None
-            with open(descriptor, "rb", closefd=False) as file:
-                return file.read()
-        finally:
-            os.close(descriptor)
+            try:
+                found = os.fstat(descriptor)
+                if not _own(found) or (_POSIX and found.st_mode & OTHERS):
+                    return None
+                with open(descriptor, "rb", closefd=False) as file:
+                    return file.read()
+            finally:
+                os.close(descriptor)
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a file, whole or not at all, in place of whatever has that name."""
-        try:
-            self._write(name, content)
-        except FileNotFoundError:  # the folder was removed meanwhile
-            self._open()
-            self._write(name, content)
-
-    def _write(self, name: str, content: bytes) -> None:
-        unfinished, here = self._place(f"{name}.{secrets.token_hex(8)}"), self._descriptor
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-        descriptor = os.open(unfinished, flags, 0o600, dir_fd=here)
-        try:
-            with open(descriptor, "wb") as file:
-                file.write(content)
-            os.replace(unfinished, self._place(name), src_dir_fd=here, dst_dir_fd=here)
-        except BaseException:
-            os.unlink(unfinished, dir_fd=here)
-            raise
-
-    def _place(self, name: str) -> str:
-        return name if self._descriptor is not None else str(self.path / name)
-
-
-_opened = functools.cache(PrivateFolder)
-
-
-def _held(path: Path) -> int:
-    """Return a descriptor of a folder that is the user's alone, as is the way to it."""
-    left, links = [*reversed(path.parts[1:])], 0
-    here = os.open("/", _FOLDER)
-    try:
-        _check(here, Path("/"), bool(left))
-        while left:
-            name = left.pop()
+        """Write a file, whole or not at all, in place of one of the user's that has that name."""
+        with self.held() as here:
+            place = self._place(name, here)
+            with suppress(FileNotFoundError):
+                if not _own(os.lstat(place, dir_fd=here)):
+                    told = "this is no file of geomint's, and left alone"
+                    raise FileExistsError(errno.EEXIST, told, str(self.path / name))
+            unfinished = f"{place}.{secrets.token_hex(8)}"
+            descriptor = os.open(unfinished, _NEW, 0o600, dir_fd=here)
             try:
-                found = os.lstat(name, dir_fd=here)
-            except FileNotFoundError:
-                with contextlib.suppress(FileExistsError):  # another process was first
-                    os.mkdir(name, 0o700, dir_fd=here)
-                found = os.lstat(name, dir_fd=here)
-            if stat.S_ISLNK(found.st_mode):
-                links += 1
-                if links > LINKS or found.st_uid not in (0, os.geteuid()):
-                    raise PermissionError(errno.EPERM, f"{path}: the link {name!r} is not yours")
-                target = Path(os.readlink(name, dir_fd=here))
-                left += reversed(target.parts[1:] if target.is_absolute() else target.parts)
-                if not target.is_absolute():
-                    continue
-                name = "/"
-            below = os.open(name, _FOLDER, dir_fd=here)
-            os.close(here)
-            here = below
-            _check(here, path, bool(left))
-    except BaseException:
-        os.close(here)
-        raise
-    return here
+                with open(descriptor, "wb") as file:
+                    file.write(content)
+                os.replace(unfinished, place, src_dir_fd=here, dst_dir_fd=here)
+            except BaseException:
+                os.unlink(unfinished, dir_fd=here)
+                raise
+
+    def _place(self, name: str, here: int | None) -> str:
+        return str(self.path / name) if here is None else name
 
 
-def _check(descriptor: int, path: Path, on_the_way: bool) -> None:
+def _own(found: os.stat_result) -> bool:
+    """Tell whether that is a regular file of the user."""
+    return stat.S_ISREG(found.st_mode) and not (_POSIX and found.st_uid != os.geteuid())
+
+
+def _beneath(here: int | None, place: Path) -> int:
+    """Open a folder in another one that is held; make it if it is not there."""
+    name = place.name or "/"
+    try:
+        with suppress(FileNotFoundError):
+            return os.open(name, _FOLDER, dir_fd=here)
+        with suppress(FileExistsError):  # another process was first
+            os.mkdir(name, 0o700, dir_fd=here)
+        return os.open(name, _FOLDER, dir_fd=here)
+    except OSError as failure:
+        raise OSError(failure.errno, failure.strerror, str(place)) from failure
+
+
+def _check(found: os.stat_result, place: Path, last: bool) -> None:
     """Refuse a folder that somebody else may change, or may have changed."""
-    found = os.fstat(descriptor)
-    if found.st_uid != os.geteuid() and not (on_the_way and found.st_uid == 0):
-        whose = "a folder on the way" if on_the_way else "it"
-        raise PermissionError(errno.EPERM, f"{path}: {whose} belongs to another user")
-    if _open_to_others(descriptor, found) and not (on_the_way and found.st_mode & stat.S_ISVTX):
-        what = "a folder on the way" if on_the_way else "it"
-        raise PermissionError(errno.EPERM, f"{path}: others may write to {what}")
+    if not _POSIX:
+        return
+    if found.st_uid != os.geteuid() and (last or found.st_uid != 0):
+        raise PermissionError(errno.EPERM, "a folder of another user", str(place))
+    if _open_to_others(place, found) and (last or not found.st_mode & stat.S_ISVTX):
+        raise PermissionError(errno.EPERM, "a folder that others may write to", str(place))
 
 
-def _open_to_others(descriptor: int, found: os.stat_result) -> bool:
+def _open_to_others(place: Path, found: os.stat_result) -> bool:
     """Tell whether others may write; the group may where it is the user's own, as with umask 002."""
     if not found.st_mode & OTHERS:
         return False
@@ -184,10 +164,10 @@ def _open_to_others(descriptor: int, found: os.stat_result) -> bool:
     import pwd
 
     try:
-        user, group = pwd.getpwuid(os.geteuid()), grp.getgrgid(found.st_gid)
+        name, group = pwd.getpwuid(os.geteuid()).pw_name, grp.getgrgid(found.st_gid)
     except KeyError:
         return True
-    own = (group.gr_gid, group.gr_name) == (user.pw_gid, user.pw_name)
-    own &= set(group.gr_mem) <= {user.pw_name}
-    listed = hasattr(os, "listxattr") and "system.posix_acl_access" in os.listxattr(descriptor)
+    members = {user.pw_name for user in pwd.getpwall() if user.pw_gid == group.gr_gid}
+    own = {name} == {group.gr_name, *group.gr_mem, *members}
+    listed = hasattr(os, "listxattr") and "system.posix_acl_access" in os.listxattr(place)
     return bool(found.st_mode & stat.S_IWOTH) or listed or not own

@@ -7,6 +7,8 @@ removes.
 """
 
 import csv
+import hashlib
+import json
 import os
 import shutil
 import stat
@@ -18,7 +20,7 @@ from pathlib import Path
 from ...arguments import Array, file_path
 from ...errors import DomainError, OutputError, quoted
 from .inputs import check_no_input
-from .workplace import alone, synced, undisturbed, workplace
+from .workplace import PATIENCE, held, synced, undisturbed, workplace
 
 PROBE = 4096  # bytes written to see whether anything can be
 
@@ -43,7 +45,8 @@ def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     ----------
     path : str or path
     names : iterable of str
-        Of the files that will be: nothing else may have them, nor a file that was read.
+        Of the files that will be: nothing else may have them but files of an earlier report, none of
+        which was read.
 
     Raises
     ------
@@ -51,8 +54,8 @@ def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     """
     with refused_as_output(path):
         folder = _made(Path(path))
-        for name in names:
-            _regular(folder / name)
+        with held(folder, path, PATIENCE):
+            _targets(folder, names)
         _probe(folder)
 
 
@@ -98,13 +101,14 @@ def write_table(path: str | PathLike[str], names: Iterable[str], columns: Iterab
 def whole_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> Iterator[Path]:
     """Give an empty folder to write files to, and move them all to the folder `path`, or none.
 
-    Other files that are there stay.
+    Other files that are there stay; a symlink that has the name of one is left alone.
 
     Parameters
     ----------
     path : str or path
     names : iterable of str
-        Of files that belong together: of an old one that is not written anew nothing stays.
+        Of the files of a report: of an earlier one that is not written anew nothing stays. What is
+        there as no earlier report has written it, as its JSON says (`digests`), is left alone.
 
     Raises
     ------
@@ -118,15 +122,14 @@ def whole_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> Iterat
             unfinished.mkdir()
             old.mkdir()
             yield unfinished
-            with alone(folder), undisturbed():
+            with held(folder, path, PATIENCE), undisturbed():
                 _move_all(unfinished, folder, old, names)
 
 
 def _move_all(source: Path, folder: Path, old: Path, names: Iterable[str]) -> None:
     """Move files; if one cannot be, bring back what the others have replaced."""
     new = {file.name for file in source.iterdir()}
-    targets = {name: _regular(folder / name) for name in sorted(new.union(names))}
-    home = Path(os.path.realpath(folder))
+    targets = _targets(folder, names, new)
     for name, target in targets.items():
         if target.exists():
             _kept(target, old / name)
@@ -138,15 +141,52 @@ def _move_all(source: Path, folder: Path, old: Path, names: Iterable[str]) -> No
                 back.callback(shutil.move, old / name, target)
             else:
                 back.callback(target.unlink, missing_ok=True)
-            if name not in new:
-                target.unlink(missing_ok=True)
-            elif target.parent == home:
+            if name in new:
                 _put(source / name, target)
-            else:  # a symlink leads elsewhere, where one cannot rename to perhaps
-                with whole_file(target) as place:
-                    shutil.copyfile(source / name, place)
+            else:
+                target.unlink(missing_ok=True)
         synced(folder)
         back.pop_all()
+
+
+def digests(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of the files in a folder by their names, for the JSON of a report."""
+    return {file.name: _digest(file) for file in sorted(folder.iterdir())}
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> dict[str, Path]:
+    """Return the places of files; of `names` refuse what no earlier report has written."""
+    names = tuple(names)
+    # The JSON first: what a process that is killed has moved after it is of a report.
+    order = sorted({*names, *more}, key=lambda name: (not name.endswith(".json"), name))
+    targets = {name: _regular(folder / name, followed=False) for name in order}
+    there = [name for name in names if targets[name].exists()]
+    told: dict[str, str] = {}
+    for name in there:
+        if name.endswith(".json"):
+            told |= _told(targets[name], there)
+    others = [name for name in there if told.get(name) not in ("", _digest(targets[name]))]
+    if others:
+        raise OutputError(
+            folder,
+            f"{', '.join(others)} is there, of no earlier report or changed since, and left alone; "
+            "move it, or name another folder",
+        )
+    return targets
+
+
+def _told(file: Path, there: Iterable[str]) -> dict[str, str]:
+    """Return the digests in the JSON of a report: of any content, where older versions say none."""
+    with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
+        told = json.loads(file.read_bytes())
+        if "geomint" in told["provenance"]["versions"]:
+            return {**told.get("files", dict.fromkeys(there, "")), file.name: ""}
+    return {}
 
 
 def _kept(file: Path, kept: Path) -> None:
@@ -194,8 +234,10 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _regular(path: Path) -> Path:
+def _regular(path: Path, followed: bool = True) -> Path:
     """Return where `path` leads; refuse what is no regular file, may not be changed, or was read."""
+    if not followed and path.is_symlink():
+        raise OutputError(path, "that is a symlink, which is left alone; expected a file, or nothing")
     target = Path(os.path.realpath(path))
     try:
         mode = target.stat().st_mode

@@ -21,7 +21,7 @@ try:
 except ImportError:  # not on this platform: processes that write to one folder may mix files
     fcntl = None  # type: ignore[assignment]
 
-
+_FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
 PATIENCE = 20.0  # seconds for another process to finish moving its files
 YOUNG = 60.0  # seconds: what was left is not looked at before
 # A lock on a folder that other machines see too may not be known to them: each removes its own.
@@ -35,7 +35,9 @@ def workplace(folder: Path) -> Iterator[Path]:
     place = folder / f"{LEFT}{secrets.token_hex(8)}"
     with ExitStack() as ends:
         ends.callback(_remove, place)
-        place.mkdir(mode=0o700)
+        with undisturbed():
+            place.mkdir(mode=0o700)
+            (place / place.name).touch()  # a mark: no other folder can be given the name and this
         descriptor = _lock(place)
         if descriptor is not None:
             ends.callback(os.close, descriptor)
@@ -43,8 +45,17 @@ def workplace(folder: Path) -> Iterator[Path]:
 
 
 def _remove(place: Path) -> None:
-    with undisturbed():
-        shutil.rmtree(place, ignore_errors=True)
+    """Remove a folder if it has the mark; where folders can be held, nothing that took its place."""
+    with undisturbed(), suppress(OSError), ExitStack() as ends:
+        if fcntl is None:
+            os.stat(place / place.name)
+            shutil.rmtree(place, ignore_errors=True)
+            return
+        descriptor = os.open(place, _FOLDER)
+        ends.callback(os.close, descriptor)
+        os.stat(place.name, dir_fd=descriptor)
+        shutil.rmtree(".", ignore_errors=True, dir_fd=descriptor)
+        place.rmdir()
 
 
 def _remove_left(folder: Path) -> None:
@@ -56,7 +67,8 @@ def _remove_left(folder: Path) -> None:
                 continue
             descriptor = _lock(place)
             if descriptor is not None:  # nobody is writing there
-                _remove(place)
+                if os.fstat(descriptor).st_uid == os.geteuid():
+                    _remove(place)
                 os.close(descriptor)
 
 
@@ -64,7 +76,7 @@ def _lock(folder: Path) -> int | None:
     """Lock a folder until what is returned is closed; None if somebody has, or nobody can."""
     if fcntl is None:
         return None
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    descriptor = os.open(folder, _FOLDER)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -115,38 +127,20 @@ if hasattr(os, "register_at_fork"):
 
 
 @contextmanager
-def held(folder: Path, named: str | os.PathLike[str]) -> Iterator[None]:
+def held(folder: Path, named: str | os.PathLike[str], patience: float = 0.0) -> Iterator[None]:
     """Keep a folder for this process, `named` in messages; one that is killed lets it go.
 
     Raises
     ------
     OutputError
-        If another process has it, or another thread. Where there are no locks, none is told of.
+        If another process, or thread, has it for more seconds than `patience`. Where there are no
+        locks, none is told of.
     """
     if fcntl is None:
         yield
         return
-    descriptor = os.open(folder, os.O_RDONLY)
+    descriptor, end = os.open(folder, os.O_RDONLY), time.monotonic() + patience
     _held.add(descriptor)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as failure:
-            if failure.errno in (errno.EAGAIN, errno.EACCES):
-                raise OutputError(named, "somebody else is writing to it") from None
-        yield
-    finally:
-        _held.discard(descriptor)
-        os.close(descriptor)
-
-
-@contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Wait for other processes that are moving files to this folder, and keep others waiting."""
-    if fcntl is None:
-        yield
-        return
-    descriptor, end = os.open(folder, os.O_RDONLY), time.monotonic() + PATIENCE
     try:
         while True:
             try:
@@ -155,9 +149,10 @@ def alone(folder: Path) -> Iterator[None]:
             except OSError as failure:
                 if failure.errno not in (errno.EAGAIN, errno.EACCES):
                     break  # no file system for locks
-                if time.monotonic() > end:
-                    raise OutputError(folder, "another process keeps writing to it") from None
+                if time.monotonic() >= end:
+                    raise OutputError(named, "somebody else is writing to it") from None
                 time.sleep(0.01)
         yield
     finally:
+        _held.discard(descriptor)
         os.close(descriptor)  # which ends the lock

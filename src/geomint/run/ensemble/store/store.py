@@ -126,8 +126,9 @@ class Store:
         if told:
             reason = f"another ensemble is there, which is left alone: they differ in {told}"
             raise OutputError(self._named, reason)
-        for left in self._path.glob("**/*.partial"):  # of a writer that was killed
-            left.unlink(missing_ok=True)
+        for left in self._path.glob(f"**/*.{'[0-9a-f]' * 32}.partial"):
+            if left.is_file() and not left.is_symlink():  # of zarr, in a writer that was killed
+                left.unlink(missing_ok=True)
         self.size = arrays.size
         arrays.gathered()
         for block in range(arrays.blocks):
