@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling.fingerprint import fingerprint
+from geomint.kernels.compiling.fingerprint import Reach
 from geomint.kernels.compiling.recorded import Recorded
 
 pytestmark = pytest.mark.nojit
@@ -59,7 +59,7 @@ def build(source: str = SOURCE, helpers: str = HELPERS, deep: str = DEEP) -> str
         for name, module in imports.items():
             patch.setitem(sys.modules, name, module)
         exec(source, vars(modules["main"]))
-    return fingerprint(vars(modules["main"])["field"])
+    return Reach(vars(modules["main"])["field"]).fingerprint
 
 
 def test_the_same_sources_give_the_same_fingerprint() -> None:
@@ -131,7 +131,7 @@ def test_recursion_ends() -> None:
         "def odd(n):\n    return n != 0 and even(n - 1)\n",
         vars(modules),
     )
-    assert fingerprint(modules.even) != fingerprint(modules.odd)
+    assert Reach(modules.even).fingerprint != Reach(modules.odd).fingerprint
 
 
 def test_recorded_functions_are_functions() -> None:

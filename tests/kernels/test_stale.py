@@ -173,14 +173,13 @@ def test_edited_sources_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     from geomint.kernels.compiling import cache
     from geomint.kernels.compiling.compile import _entry
 
-    monkeypatch.setattr(cache, "STARTED", 0.0)
-    monkeypatch.setattr(cache, "_notes", [])
-    monkeypatch.setattr(cache, "_taken", False)
+    monkeypatch.setattr(cache, "STARTED", {})
+    monkeypatch.setattr(cache, "_notes", {})
     cache.sources_edited.cache_clear()
     try:
-        assert not hasattr(_entry(gi.helper(lambda x: x)), "_cache") or isinstance(
-            _entry(gi.helper(lambda x: x))._cache, cache.UnkeptCache
-        )
-        assert "younger than this process" in cache.take_note()
+        made = _entry(gi.helper(lambda x: x))
+        assert getattr(getattr(made, "_cache", None), "_folder", None) is None
+        assert "changed after this process began" in cache.take_note()
+        assert cache.take_note() == ""
     finally:
         cache.sources_edited.cache_clear()

@@ -101,7 +101,7 @@ def endpoint_of(
     endpoint = Endpoint(own, end, float(solution.physical_end or 0.0), quantities, known)
     numbers = {**solution.as_json(), "representation": name, "physical_end": endpoint.physical_end}
     numbers["known"] = known
-    numbers["quantities"] = {key: list(map(float, v)) for key, v in endpoint.expected.items()}
+    numbers["quantities"] = {key: v.tolist() for key, v in endpoint.expected.items()}
     return endpoint, numbers
 
 
@@ -124,14 +124,14 @@ def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem
 
 def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
     name, problem = _extended_problem(model, end)
-    own_end = next(iter(end.values()))
+    (own_end,) = end.values()
     steps = abs(own_end) / Gauss(8).default_step(problem, model.states[name], own_end)
     return steps > MOST_EXTENDED_STEPS
 
 
 def _extended(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
     name, problem = _extended_problem(model, end)
-    own_end = next(iter(end.values()))
+    (own_end,) = end.values()
     found = reference_solution(problem, model.states[name], own_end, judges=SMALL)
     if problem.time != "tau":
         found = replace(found, physical_end=found.own_end)

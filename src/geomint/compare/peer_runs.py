@@ -8,11 +8,10 @@ from typing import Any
 
 from ..errors import FormError, raised
 from ..methods.rattle import Rattle
-from ..problems.problem import Problem
 from ..problems.systems import Model
 from .endpoint import Endpoint
 from .ladder import STEP_FACTORS
-from .peers.peer import End, Motion, Peer, Ready
+from .peers.peer import Motion, Peer, Ready
 from .point import MAX_SECONDS, Point, timed_runs
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
@@ -67,15 +66,10 @@ def _motion(
     own = next(iter(model.problems))
     wanted = own if representation == "own" else representation
     for name, problem in model.problems.items():
-        end = _own_end(problem, endpoint)
+        end = endpoint.end_for(problem).get("tau_end" if problem.time == "tau" else "t_end")
         if end is not None and wanted in (None, name):
             return name, Motion(problem, model.states[name], end)
     raise FormError("the end is not known in the time of the problem")
-
-
-def _own_end(problem: Problem, endpoint: Endpoint) -> float | None:
-    ends = endpoint.end_for(problem)
-    return ends.get("tau_end" if problem.time == "tau" else "t_end")
 
 
 def _settings(peer: Peer, motion: Motion) -> list[float]:
@@ -104,8 +98,9 @@ def _point(
         runs, enough = timed_runs(repeats)
         seconds: list[float] = []
         while not seconds or (len(seconds) < runs and sum(seconds) < enough):
-            found, last = _timed(ready)
-            seconds.append(last)
+            begun = time.perf_counter()
+            found = ready.run()
+            seconds.append(time.perf_counter() - begun)
     except Exception as error:  # whatever another package raises
         return replace(point, status=f"failed: {raised(error)}")
     return replace(
@@ -117,9 +112,3 @@ def _point(
         repeats=len(seconds),
         **endpoint.judged(motion.problem, found.y),
     )
-
-
-def _timed(ready: Ready) -> tuple[End, float]:
-    begun = time.perf_counter()
-    found = ready.run()
-    return found, time.perf_counter() - begun

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import UnknownReferenceError
+from ..kernels.compiling.private import private_folder
 from ..problems.problem import Problem
 from .confirmation import Confirmation
 
@@ -116,7 +117,7 @@ class Reference:
             "method": self.method,
             "own_end": self.own_end,
             "physical_end": self.physical_end,
-            "state": [float(v) for v in self.y],
+            "state": self.y.tolist(),
             "error_estimate": self.error,
             "steps": list(self.steps),
             "confirmation": second and {**asdict(second), "agrees": self.agrees},
@@ -124,22 +125,15 @@ class Reference:
 
     def store(self, name: str) -> None:
         """Write everything to disk; a folder that cannot be written costs time, nothing else."""
-        from ..kernels.compiling.private import private_folder
-
-        data = {**asdict(self), "y": list(self.y), "steps": list(self.steps)}
+        data = {**asdict(self), "y": list(self.y)}
         with suppress(OSError):
             private_folder("references").write(name, json.dumps(data).encode())
 
 
 def stored(name: str) -> Reference | None:
     """Return the reference of a name, or None; also of a file that is damaged."""
-    from ..kernels.compiling.private import private_folder
-
     try:
-        content = private_folder("references").read(name)
-        if content is None:
-            return None
-        data = json.loads(content)
+        data = json.loads(private_folder("references").read(name) or b"")
         second = data.pop("confirmation")
         data.update(y=np.array(data["y"]), steps=tuple(data["steps"]))
         return Reference(**data, confirmation=second and Confirmation(**second))

@@ -140,7 +140,7 @@ def compare(
         except FormError as error:
             result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
             return
-        y0, own_end = model.states[name], next(iter(end.values()))
+        y0, (own_end,) = model.states[name], end.values()
         base = (first_steps or {}).get(method.name)
         best = None
         last = None

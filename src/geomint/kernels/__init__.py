@@ -1,13 +1,12 @@
 """What runs compiled: numbers, blocks, steppers, group actions. Imports nothing above itself."""
 
-import os
+from pathlib import Path
 
 
-def sources() -> dict[str, int]:
+def sources() -> dict[Path, int]:
     """Return when each source of this folder was written; clocks may differ, so they are compared."""
-    folders = os.walk(os.path.dirname(__file__))
-    paths = (os.path.join(folder, name) for folder, _, names in folders for name in names)
-    return {p: os.stat(p).st_mtime_ns for p in paths if p.endswith(".py") and os.path.exists(p)}
+    found = Path(__file__).parent.rglob("*.py")
+    return {path: path.stat().st_mtime_ns for path in found if path.is_file()}
 
 
 STARTED = sources()  # what this process runs

@@ -18,7 +18,7 @@ from markupsafe import Markup
 
 from ..errors import printable
 from ..plots.style import Picture, data_uri
-from ..run.files.outputs import digests, whole_folder
+from ..run.files.outputs import digest, whole_folder
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import paper_files, report_files
@@ -123,8 +123,9 @@ def write_files(
             write(unfinished / name)
         if paper is not None:
             paper.write(unfinished, {name: p.figure for name, p in pictures.items()})
-        files = json_text({"files": digests(unfinished)})  # by which the next report knows them
-        told = data.rstrip().removesuffix("}").rstrip() + "," + files[1:]
+        # By which the next report knows them.
+        files = {file.name: digest(file) for file in sorted(unfinished.iterdir())}
+        told = data.rstrip().removesuffix("}").rstrip() + "," + json_text({"files": files})[1:]
         (unfinished / json).write_text(told, encoding="utf-8")
     return folder / html
 

@@ -80,6 +80,14 @@ def in_turn(*parts: Task) -> None:
         part()
 
 
+def _options() -> list[str]:
+    """Return the options of Python that this process has, such as -I, -E, -O, -B, -P, -W and -X."""
+    more = (
+        f"-X{name}" + f"={value}" * (value is not True) for name, value in sys._xoptions.items()
+    )
+    return [*_args_from_interpreter_flags(), *more]
+
+
 @contextlib.contextmanager
 def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
     """Let a second process carry out tasks for what they compile, if a kernel is found missing.
@@ -95,7 +103,7 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
         try:
             content = sent(tuple(tasks()))
             process = subprocess.Popen(
-                [sys.executable, *_args_from_interpreter_flags(), "-c", _PROGRAM.format(sys.path)],
+                [sys.executable, *_options(), "-c", _PROGRAM.format(sys.path)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

@@ -80,19 +80,15 @@ def take_note() -> str:
 class StampedCache(NullCache):
     """The cache of one dispatcher; `fingerprint` stands for all that its code depends on.
 
+    None, if the code is not to be `kept` for other processes, or there is no place for it.
+
     A file for each signature, checksum first. No index: processes that compile different signatures
     at the same time do not meet.
     """
 
-    def __init__(self, py_func, fingerprint: str, on_miss: Callable[[], None]) -> None:
+    def __init__(self, py_func, fingerprint: str, on_miss: Callable[[], None], kept: bool) -> None:
         self._fingerprint, self._on_miss = fingerprint, on_miss
-        self._folder = cache_folder()
-        if self._folder.instead_of:
-            _notes.setdefault(
-                "elsewhere",
-                f"compiled code is kept in {self._folder.path}, for {self._folder.instead_of}; let "
-                "NUMBA_CACHE_DIR name a folder that nobody else can write to",
-            )
+        self._folder = _found() if kept else None
         self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
         # Functions of problems are compiled quickly.
         self._kernel = str(py_func.__module__).startswith(_ROOMS)
@@ -100,7 +96,8 @@ class StampedCache(NullCache):
     def load_overload(self, sig, target_context):
         name = self._name(sig, target_context.codegen())
         code = self._code(name, sig, target_context)
-        if code is None and "failed" not in _notes and (beside := other(name, self._kernel)):
+        helped = code is None and self._folder and "failed" not in _notes
+        if helped and (beside := other(name, self._kernel)):
             if beside.waited(name):
                 code = self._code(name, sig, target_context)
             if code is None:
@@ -113,21 +110,26 @@ class StampedCache(NullCache):
         """Return the code that a file holds; None if there is none."""
         # Nothing of what numba knows about types is needed to load code: it takes 0.3 s to import.
         try:
-            found = self._load(name)
-            code = found and CompileResult._rebuild(target_context, *found)
+            content = (self._folder and self._folder.read(name)) or b""
+            checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
+            if hashlib.sha256(data).digest() != checksum:
+                return None
+            code = CompileResult._rebuild(target_context, *pickle.loads(data))
         except OSError as failure:
             _note(failure)
             return None
         except Exception:  # of another compiler with the same checksum: compile anew
             return None
         # Types of one name need not be the same.
-        same = code is not None and tuple(code.signature.args) == tuple(getattr(sig, "args", sig))
+        same = tuple(code.signature.args) == tuple(getattr(sig, "args", sig))
         return code if same else None
 
     def save_overload(self, sig, data) -> None:
         name = self._name(sig, data.codegen)
         try:
-            if not (data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)):
+            if self._folder and not (
+                data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)
+            ):
                 content = dumps(data._reduce())
                 self._folder.write(name, hashlib.sha256(content).digest() + content)
         except OSError as failure:
@@ -142,10 +144,21 @@ class StampedCache(NullCache):
         digest = hashlib.sha256(repr(key).encode()).hexdigest()
         return f"{self._base}.{digest[:16]}.nbc"
 
-    def _load(self, name: str):
-        content = self._folder.read(name) or b""
-        checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
-        return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
+
+def _found() -> PrivateFolder | None:
+    """Return the folder of code, or None where there is no place for one."""
+    try:
+        found = cache_folder()
+    except OSError as failure:
+        _note(failure)
+        return None
+    if found.instead_of:
+        _notes.setdefault(
+            "elsewhere",
+            f"compiled code is kept in {found.path}, for {found.instead_of}; let NUMBA_CACHE_DIR "
+            "name a folder that nobody else can write to",
+        )
+    return found
 
 
 def _note(failure: OSError) -> None:
@@ -156,24 +169,3 @@ def _note(failure: OSError) -> None:
             f"compiled code cannot be kept, every process compiles anew: {failure}; let "
             "NUMBA_CACHE_DIR name a folder that can be written, and by nobody else",
         )
-
-
-def make_cache(
-    py_func, fingerprint: str, on_miss: Callable[[], None]
-) -> StampedCache | UnkeptCache:
-    """Return a cache on the disk, or none where there is no place for it."""
-    try:
-        return StampedCache(py_func, fingerprint, on_miss)
-    except OSError as failure:
-        _note(failure)
-        return UnkeptCache(on_miss)
-
-
-class UnkeptCache(NullCache):
-    """No cache: for code that no other process may run."""
-
-    def __init__(self, on_miss: Callable[[], None]) -> None:
-        self._on_miss = on_miss
-
-    def load_overload(self, sig, target_context) -> None:
-        self._on_miss()

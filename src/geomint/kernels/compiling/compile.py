@@ -30,7 +30,7 @@ from ..numbers import (  # noqa: F401 - what numba is to know
     typing_blocks,
     typing_elementary,
 )
-from .cache import UnkeptCache, make_cache, sources_edited
+from .cache import StampedCache, sources_edited
 from .call import Code
 from .clock import standing_still
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
@@ -145,10 +145,8 @@ def _make_entry(recorded: Recorded):
             refuse_foreign(recorded)  # what is found on the disk was made of nothing of the kind
             _notify(recorded.function.__name__, None)
 
-        if recorded.reach.kept and not sources_edited():
-            dispatcher._cache = make_cache(recorded.function, recorded.fingerprint, started)
-        else:
-            dispatcher._cache = UnkeptCache(started)
+        kept = recorded.reach.kept and not sources_edited()
+        dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started, kept)
     return dispatcher
 
 

@@ -9,8 +9,6 @@ for the same content of those that can be changed.
 import hashlib
 import itertools
 import os
-from collections.abc import Callable
-from typing import Any
 
 from .code import framed
 from .walk import MISSING, Walk, content_of
@@ -63,8 +61,3 @@ class Reach:
             if content_of(cell) is not value:
                 return False
         return all(test() for test in self._tests)
-
-
-def fingerprint(function: Callable[..., Any]) -> str:
-    """Return a hash of a function's code and of everything that it reaches."""
-    return Reach(function).fingerprint

@@ -8,23 +8,23 @@ replaced if it is one of the user's under its name; nothing is removed.
 """
 
 import errno
+import functools
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import platformdirs
 
-OTHERS = stat.S_IWGRP | stat.S_IWOTH
-_POSIX = os.name == "posix"
-_HELD = {os.open, os.mkdir, os.stat, os.rename, os.unlink} <= os.supports_dir_fd
-_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-# One may pass through folders that one may not read.
-_FOLDER = _FLAGS | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", getattr(os, "O_SEARCH", 0))
-_READ = _FLAGS | os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)  # a FIFO would wait
-_NEW = _FLAGS | os.O_WRONLY | os.O_CREAT | os.O_EXCL
+OTHERS = (stat.S_IWGRP | stat.S_IWOTH) * (os.name == "posix")
+_user = getattr(os, "geteuid", lambda: 0)
+_HELD = os.open in os.supports_dir_fd
+_FILE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # a FIFO would wait
+# Folders that one may not read can be passed through.
+_FOLDER = getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", getattr(os, "O_SEARCH", 0)) | _FILE
 
 
 def private_folder(name: str) -> "PrivateFolder":
@@ -35,18 +35,17 @@ def private_folder(name: str) -> "PrivateFolder":
     OSError
         Why neither is there, is the user's alone, or can be made.
     """
-    failures: list[OSError] = []
+    failures: list[str] = []
     for root in _roots():
         try:
             if root is None:
-                raise OSError(errno.ENOTSUP, "folders cannot be held open on this system")
-            found = PrivateFolder(Path(root, name).absolute(), str(*failures[:1]))
+                raise OSError("folders cannot be held open on this system")
+            found = PrivateFolder(Path(root, name).absolute(), "; ".join(failures))
             with found.held():
                 return found
         except OSError as failure:
-            failures.append(failure)
-    none = FileNotFoundError(errno.ENOENT, "no home folder; set NUMBA_CACHE_DIR to another one")
-    raise (*failures, none)[0]
+            failures.append(str(failure))
+    raise OSError("; ".join(failures) or "no home folder; set NUMBA_CACHE_DIR to another one")
 
 
 def _roots() -> Iterator[Path | None]:
@@ -60,7 +59,7 @@ def _roots() -> Iterator[Path | None]:
                 yield Path("~/.cache/geomint").expanduser()
 
 
-class PrivateFolder:
+class PrivateFolder(NamedTuple):
     """A folder that is the user's alone, made if it is not there.
 
     Attributes
@@ -70,104 +69,82 @@ class PrivateFolder:
         Why the folder that was wanted is not taken; empty if it is.
     """
 
-    def __init__(self, path: Path, instead_of: str) -> None:
-        self.path, self.instead_of = path, instead_of
+    path: Path
+    instead_of: str
 
     @contextmanager
-    def held(self) -> Iterator[int | None]:
-        """Hold the folder open, and all on the way to it; None where that cannot be."""
-        last = Path(os.path.realpath(self.path))
+    def held(self) -> Iterator[tuple[int | None, str]]:
+        """Hold the folder, and all on the way to it; give the last one, and what names begin with."""
+        last, here = Path(os.path.realpath(self.path)), None
         with ExitStack() as ends:
-            here = None
-            if not _HELD:
-                last.mkdir(mode=0o700, parents=True, exist_ok=True)
             for place in (*reversed(last.parents), last):
+                if not place.is_dir():
+                    place.mkdir(mode=0o700, exist_ok=True)
                 if _HELD:
-                    here = _beneath(here, place)
+                    here = os.open(place.name or "/", _FOLDER, dir_fd=here)
                     ends.callback(os.close, here)
                 _check(os.stat(place if here is None else here), place, place == last)
             for place in self.path.parents:  # who leads the user elsewhere by links
                 _check(place.stat(), place, False)
-            yield here
+            yield here, f"{last}{os.sep}" if here is None else ""
 
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; None if there is none that is the user's alone."""
-        with self.held() as here:
-            try:
-                descriptor = os.open(self._place(name, here), _READ, dir_fd=here)
-            except OSError:  # also a link, a socket
-                return None
-            try:
-                found = os.fstat(descriptor)
-                if not _own(found) or (_POSIX and found.st_mode & OTHERS):
-                    return None
-                with open(descriptor, "rb", closefd=False) as file:
-                    return file.read()
-            finally:
-                os.close(descriptor)
+        with (
+            self.held() as (here, before),
+            suppress(OSError),
+            open(before + name, "rb", opener=_opener(here)) as file,
+        ):
+            found = os.fstat(file.fileno())
+            if _own(found) and not found.st_mode & OTHERS:
+                return file.read()
+        return None
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file, whole or not at all, in place of one of the user's that has that name."""
-        with self.held() as here:
-            place = self._place(name, here)
+        with self.held() as (here, before), ExitStack() as undone:
+            place, unfinished = before + name, f"{before}{name}.{secrets.token_hex(8)}"
             with suppress(FileNotFoundError):
                 if not _own(os.lstat(place, dir_fd=here)):
                     told = "this is no file of geomint's, and left alone"
                     raise FileExistsError(errno.EEXIST, told, str(self.path / name))
-            unfinished = f"{place}.{secrets.token_hex(8)}"
-            descriptor = os.open(unfinished, _NEW, 0o600, dir_fd=here)
-            try:
-                with open(descriptor, "wb") as file:
-                    file.write(content)
-                os.replace(unfinished, place, src_dir_fd=here, dst_dir_fd=here)
-            except BaseException:
-                os.unlink(unfinished, dir_fd=here)
-                raise
+            with open(unfinished, "xb", opener=_opener(here)) as file:
+                undone.callback(os.unlink, unfinished, dir_fd=here)
+                file.write(content)
+            os.replace(unfinished, place, src_dir_fd=here, dst_dir_fd=here)
+            undone.pop_all()
 
-    def _place(self, name: str, here: int | None) -> str:
-        return str(self.path / name) if here is None else name
+
+def _opener(here: int | None) -> Callable[[str, int], int]:
+    """Return what opens a file in a folder, without following a link."""
+    return lambda path, flags: os.open(path, flags | _FILE, 0o600, dir_fd=here)
 
 
 def _own(found: os.stat_result) -> bool:
     """Tell whether that is a regular file of the user."""
-    return stat.S_ISREG(found.st_mode) and not (_POSIX and found.st_uid != os.geteuid())
-
-
-def _beneath(here: int | None, place: Path) -> int:
-    """Open a folder in another one that is held; make it if it is not there."""
-    name = place.name or "/"
-    try:
-        with suppress(FileNotFoundError):
-            return os.open(name, _FOLDER, dir_fd=here)
-        with suppress(FileExistsError):  # another process was first
-            os.mkdir(name, 0o700, dir_fd=here)
-        return os.open(name, _FOLDER, dir_fd=here)
-    except OSError as failure:
-        raise OSError(failure.errno, failure.strerror, str(place)) from failure
+    return stat.S_ISREG(found.st_mode) and found.st_uid == _user()
 
 
 def _check(found: os.stat_result, place: Path, last: bool) -> None:
     """Refuse a folder that somebody else may change, or may have changed."""
-    if not _POSIX:
-        return
-    if found.st_uid != os.geteuid() and (last or found.st_uid != 0):
-        raise PermissionError(errno.EPERM, "a folder of another user", str(place))
-    if _open_to_others(place, found) and (last or not found.st_mode & stat.S_ISVTX):
-        raise PermissionError(errno.EPERM, "a folder that others may write to", str(place))
+    own = found.st_uid == _user() or not (last or found.st_uid)
+    if found.st_mode & OTHERS and (last or not found.st_mode & stat.S_ISVTX):
+        listed = hasattr(os, "listxattr") and "system.posix_acl_access" in os.listxattr(place)
+        own &= not found.st_mode & stat.S_IWOTH and not listed and _alone(found.st_gid)
+    if not own:
+        told = "it belongs to another user, or others may write to it"
+        raise PermissionError(errno.EPERM, told, str(place))
 
 
-def _open_to_others(place: Path, found: os.stat_result) -> bool:
-    """Tell whether others may write; the group may where it is the user's own, as with umask 002."""
-    if not found.st_mode & OTHERS:
-        return False
+@functools.cache
+def _alone(number: int) -> bool:
+    """Tell whether the user is alone in a group, which may write then, as with a umask of 002."""
     import grp  # not on Windows
     import pwd
 
     try:
-        name, group = pwd.getpwuid(os.geteuid()).pw_name, grp.getgrgid(found.st_gid)
+        name, group = pwd.getpwuid(_user()).pw_name, grp.getgrgid(number)
     except KeyError:
-        return True
-    members = {user.pw_name for user in pwd.getpwall() if user.pw_gid == group.gr_gid}
-    own = {name} == {group.gr_name, *group.gr_mem, *members}
-    listed = hasattr(os, "listxattr") and "system.posix_acl_access" in os.listxattr(place)
-    return bool(found.st_mode & stat.S_IWOTH) or listed or not own
+        return False
+    members = {user.pw_name for user in pwd.getpwall() if user.pw_gid == number}
+    return {name} == {group.gr_name, *group.gr_mem, *members}

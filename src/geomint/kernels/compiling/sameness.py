@@ -76,13 +76,9 @@ def parts_of(value):
     if isinstance(value, list | tuple):
         return list(value)
     attributes = _attributes(value)
-    compared = attributes is not None or _compares(type(value))
-    return attributes if compared else made_of(value)
-
-
-def _compares(kind) -> bool:
-    """Tell whether values of a type are compared by more than identity."""
-    return kind.__eq__ is not object.__eq__
+    kind: Any = type(value)
+    identity = attributes is None and kind.__eq__ is object.__eq__
+    return made_of(value) if identity else attributes
 
 
 def made_of(value) -> list[Any] | None:

@@ -108,7 +108,7 @@ def whole_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> Iterat
     path : str or path
     names : iterable of str
         Of the files of a report: of an earlier one that is not written anew nothing stays. What is
-        there as no earlier report has written it, as its JSON says (`digests`), is left alone.
+        there as no earlier report has written it, as its JSON says, is left alone.
 
     Raises
     ------
@@ -149,28 +149,23 @@ def _move_all(source: Path, folder: Path, old: Path, names: Iterable[str]) -> No
         back.pop_all()
 
 
-def digests(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of the files in a folder by their names, for the JSON of a report."""
-    return {file.name: _digest(file) for file in sorted(folder.iterdir())}
-
-
-def _digest(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def digest(file: Path) -> str:
+    """Return the SHA-256 of a file, by which the JSON of a report knows it."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> dict[str, Path]:
     """Return the places of files; of `names` refuse what no earlier report has written."""
-    names = tuple(names)
+    names, told = set(names), {}
     # The JSON first: what a process that is killed has moved after it is of a report.
-    order = sorted({*names, *more}, key=lambda name: (not name.endswith(".json"), name))
+    order = sorted(names.union(more), key=lambda name: (not name.endswith(".json"), name))
     targets = {name: _regular(folder / name, followed=False) for name in order}
-    there = [name for name in names if targets[name].exists()]
-    told: dict[str, str] = {}
-    for name in there:
-        if name.endswith(".json"):
-            told |= _told(targets[name], there)
-    others = [name for name in there if told.get(name) not in ("", _digest(targets[name]))]
+    there = [name for name in order if name in names and targets[name].exists()]
+    with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
+        found = json.loads(targets[there[0]].read_bytes())
+        if "geomint" in found["provenance"]["versions"]:  # older ones do not say of which files
+            told = {**found.get("files", dict.fromkeys(there, "")), there[0]: ""}
+    others = [name for name in there if told.get(name) not in ("", digest(targets[name]))]
     if others:
         raise OutputError(
             folder,
@@ -178,15 +173,6 @@ def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> di
             "move it, or name another folder",
         )
     return targets
-
-
-def _told(file: Path, there: Iterable[str]) -> dict[str, str]:
-    """Return the digests in the JSON of a report: of any content, where older versions say none."""
-    with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
-        told = json.loads(file.read_bytes())
-        if "geomint" in told["provenance"]["versions"]:
-            return {**told.get("files", dict.fromkeys(there, "")), file.name: ""}
-    return {}
 
 
 def _kept(file: Path, kept: Path) -> None:
@@ -237,7 +223,9 @@ def _made(folder: Path) -> Path:
 def _regular(path: Path, followed: bool = True) -> Path:
     """Return where `path` leads; refuse what is no regular file, may not be changed, or was read."""
     if not followed and path.is_symlink():
-        raise OutputError(path, "that is a symlink, which is left alone; expected a file, or nothing")
+        raise OutputError(
+            path, "that is a symlink, which is left alone; expected a file, or nothing"
+        )
     target = Path(os.path.realpath(path))
     try:
         mode = target.stat().st_mode

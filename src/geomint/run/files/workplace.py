@@ -3,7 +3,6 @@
 import errno
 import os
 import platform
-import re
 import secrets
 import shutil
 import signal
@@ -21,7 +20,7 @@ try:
 except ImportError:  # not on this platform: processes that write to one folder may mix files
     fcntl = None  # type: ignore[assignment]
 
-_FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
+_FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0)
 PATIENCE = 20.0  # seconds for another process to finish moving its files
 YOUNG = 60.0  # seconds: what was left is not looked at before
 # A lock on a folder that other machines see too may not be known to them: each removes its own.
@@ -38,9 +37,7 @@ def workplace(folder: Path) -> Iterator[Path]:
         with undisturbed():
             place.mkdir(mode=0o700)
             (place / place.name).touch()  # a mark: no other folder can be given the name and this
-        descriptor = _lock(place)
-        if descriptor is not None:
-            ends.callback(os.close, descriptor)
+        ends.enter_context(held(place, place))
         yield place
 
 
@@ -48,10 +45,9 @@ def _remove(place: Path) -> None:
     """Remove a folder if it has the mark; where folders can be held, nothing that took its place."""
     with undisturbed(), suppress(OSError), ExitStack() as ends:
         if fcntl is None:
-            os.stat(place / place.name)
             shutil.rmtree(place, ignore_errors=True)
             return
-        descriptor = os.open(place, _FOLDER)
+        descriptor = os.open(place, _FOLDER | os.O_NOFOLLOW)
         ends.callback(os.close, descriptor)
         os.stat(place.name, dir_fd=descriptor)
         shutil.rmtree(".", ignore_errors=True, dir_fd=descriptor)
@@ -59,30 +55,15 @@ def _remove(place: Path) -> None:
 
 
 def _remove_left(folder: Path) -> None:
-    """Remove what processes of this machine that were killed have left in a folder."""
-    for place in folder.glob(f"{LEFT}*"):
+    """Remove what processes of this machine and user that were killed have left in a folder."""
+    for place in folder.glob(f"{LEFT}{'[0-9a-f]' * 16}"):
         with suppress(OSError):
-            young = time.time() - place.lstat().st_mtime < YOUNG
-            if young or not re.fullmatch("[0-9a-f]{16}", place.name.removeprefix(LEFT)):
+            found = place.lstat()
+            if time.time() - found.st_mtime < YOUNG:
                 continue
-            descriptor = _lock(place)
-            if descriptor is not None:  # nobody is writing there
-                if os.fstat(descriptor).st_uid == os.geteuid():
+            with held(place, place) as locked:
+                if locked and found.st_uid == os.geteuid():  # nobody is writing there
                     _remove(place)
-                os.close(descriptor)
-
-
-def _lock(folder: Path) -> int | None:
-    """Lock a folder until what is returned is closed; None if somebody has, or nobody can."""
-    if fcntl is None:
-        return None
-    descriptor = os.open(folder, _FOLDER)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
 
 
 @contextmanager
@@ -127,32 +108,36 @@ if hasattr(os, "register_at_fork"):
 
 
 @contextmanager
-def held(folder: Path, named: str | os.PathLike[str], patience: float = 0.0) -> Iterator[None]:
+def held(folder: Path, named: str | os.PathLike[str], patience: float = 0.0) -> Iterator[bool]:
     """Keep a folder for this process, `named` in messages; one that is killed lets it go.
+
+    Gives whether it is kept: not where there are no locks.
 
     Raises
     ------
     OutputError
-        If another process, or thread, has it for more seconds than `patience`. Where there are no
-        locks, none is told of.
+        If another process, or thread, has it for more seconds than `patience`.
     """
     if fcntl is None:
-        yield
+        yield False
         return
-    descriptor, end = os.open(folder, os.O_RDONLY), time.monotonic() + patience
+    descriptor, end = os.open(folder, _FOLDER), time.monotonic() + patience
     _held.add(descriptor)
     try:
-        while True:
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except OSError as failure:
-                if failure.errno not in (errno.EAGAIN, errno.EACCES):
-                    break  # no file system for locks
-                if time.monotonic() >= end:
-                    raise OutputError(named, "somebody else is writing to it") from None
-                time.sleep(0.01)
-        yield
+        yield _locked(descriptor, named, end)
     finally:
         _held.discard(descriptor)
         os.close(descriptor)  # which ends the lock
+
+
+def _locked(descriptor: int, named: str | os.PathLike[str], end: float) -> bool:
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except OSError as failure:
+            if failure.errno not in (errno.EAGAIN, errno.EACCES):
+                return False  # no file system for locks
+            if time.monotonic() >= end:
+                raise OutputError(named, "somebody else is writing to it") from None
+        time.sleep(0.01)
