@@ -8,7 +8,9 @@ import signal
 import stat
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -115,24 +117,48 @@ assert ["is kept in" in str(w.message) for w in caught] == [True], caught
 
 
 @pytest.fixture
-def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder for what is kept, and none instead of it."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "none"))
     (tmp_path / "none").touch()
     monkeypatch.setenv("HOME", str(tmp_path / "none"))
-    yield tmp_path / "cache" / "geomint" / "some"
-    private._opened.cache_clear()
+    return tmp_path / "cache" / "geomint" / "some"
 
 
 @posix
-def test_a_folder_that_is_swapped_is_held(kept: Path) -> None:
+@pytest.mark.parametrize("after", ["cache", "geomint", "some"])
+def test_a_folder_that_is_swapped_after_a_look_is_held(
+    after: str, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever of the folders on the way: what somebody else puts in its place is not read."""
     folder = private_folder("some")
     folder.write("a", b"own")
-    kept.rename(kept.with_name("away"))
-    kept.mkdir()
-    (kept / "a").write_bytes(b"of somebody")
+    place = next(p for p in (kept, *kept.parents) if p.name == after)
+    look = private._check
+
+    def swapped(found: os.stat_result, path: Path, last: bool) -> None:
+        look(found, path, last)
+        if path == place and not place.with_name("away").exists():
+            place.rename(place.with_name("away"))
+            kept.mkdir(parents=True)
+            (kept / "a").write_bytes(b"of somebody")
+
+    monkeypatch.setattr(private, "_check", swapped)
     assert folder.read("a") == b"own"
+    assert (kept / "a").read_bytes() == b"of somebody"
+
+
+@posix
+def test_a_folder_that_becomes_open_is_not_read(kept: Path) -> None:
+    """It is looked at whenever a file is read or written, not once."""
+    folder = private_folder("some")
+    folder.write("a", b"own")
+    kept.parent.chmod(0o777)
+    for call in (folder.read, lambda name: folder.write(name, b"again")):
+        with pytest.raises(PermissionError, match="others may write"):
+            call("a")
+    assert (kept / "a").read_bytes() == b"own"
 
 
 @posix
@@ -146,20 +172,47 @@ def test_a_folder_that_is_removed_is_made_again(kept: Path) -> None:
 
 
 @posix
-def test_what_is_no_file_of_the_user_is_not_read(kept: Path, tmp_path: Path) -> None:
+def test_what_is_no_file_of_the_user_is_left_alone(kept: Path, tmp_path: Path) -> None:
+    """Neither read nor replaced, nor is what it leads to."""
     folder = private_folder("some")
     (tmp_path / "elsewhere").write_bytes(b"of somebody")
     (kept / "link").symlink_to(tmp_path / "elsewhere")
     (kept / "folder").mkdir()
     os.mkfifo(kept / "fifo")
-    (kept / "open").write_bytes(b"of somebody")
-    (kept / "open").chmod(0o666)
-    for name in ("link", "fifo", "open"):
+    for name in ("link", "folder", "fifo"):
+        before = (kept / name).lstat()
         assert folder.read(name) is None
-        folder.write(name, b"own")
-        assert folder.read(name) == b"own"
+        with pytest.raises(FileExistsError, match="no file of geomint's"):
+            folder.write(name, b"own")
+        assert (kept / name).lstat() == before
     assert (tmp_path / "elsewhere").read_bytes() == b"of somebody"
-    assert folder.read("folder") is None
+    assert sorted(path.name for path in kept.iterdir()) == ["fifo", "folder", "link"]
+
+
+@posix
+def test_a_file_that_others_may_write_to_is_not_read(kept: Path) -> None:
+    folder = private_folder("some")
+    folder.write("a", b"of somebody")
+    (kept / "a").chmod(0o666)
+    assert folder.read("a") is None
+    folder.write("a", b"own")
+    assert folder.read("a") == b"own"
+    assert stat.S_IMODE((kept / "a").stat().st_mode) == 0o600
+
+
+@posix
+def test_what_is_written_is_whole(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If it cannot be moved to its place, the old one stays, and nothing beside it."""
+    folder = private_folder("some")
+    folder.write("a", b"one")
+
+    def fail(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(private.os, "replace", fail)
+    with pytest.raises(KeyboardInterrupt):
+        folder.write("a", b"two")
+    assert {path.name: path.read_bytes() for path in kept.iterdir()} == {"a": b"one"}
 
 
 @posix
@@ -172,7 +225,7 @@ def test_nothing_is_removed_where_a_link_leads(way: str, kept: Path, tmp_path: P
     theirs.chmod(0o777)
     (tmp_path / way).parent.mkdir(parents=True, exist_ok=True)
     (tmp_path / way).symlink_to(theirs)
-    with pytest.raises(PermissionError, match="others may write"):
+    with pytest.raises(OSError, match="others may write"):
         private_folder("some")
     assert sorted(path.name for path in theirs.iterdir()) == ["file", "folder"]
     assert stat.S_IMODE(theirs.stat().st_mode) == 0o777
@@ -182,31 +235,150 @@ def test_nothing_is_removed_where_a_link_leads(way: str, kept: Path, tmp_path: P
 
 
 @posix
-def test_links_that_lead_in_a_circle(kept: Path, tmp_path: Path) -> None:
-    (tmp_path / "cache").symlink_to(tmp_path / "cache")
-    with pytest.raises(PermissionError, match="link"):
+def test_a_link_that_others_may_turn(kept: Path, tmp_path: Path) -> None:
+    """It lies where they may write, though it leads to a folder of the user's alone."""
+    (tmp_path / "mine").mkdir(mode=0o700)
+    (tmp_path / "cache").mkdir()
+    kept.parent.symlink_to(tmp_path / "mine")
+    (tmp_path / "cache").chmod(0o777)
+    with pytest.raises(OSError, match="others may write"):
         private_folder("some")
 
 
 @posix
-def test_the_group_may_write_where_it_is_the_users_own(kept: Path) -> None:
-    """As with a umask of 002."""
+def test_links_that_lead_in_a_circle(kept: Path, tmp_path: Path) -> None:
+    (tmp_path / "cache").symlink_to(tmp_path / "cache")
+    with pytest.raises(OSError, match="cache"):
+        private_folder("some")
+
+
+@posix
+def test_sticky_folders_are_passed_but_nothing_is_kept_in_them(kept: Path) -> None:
+    kept.parent.mkdir(parents=True)
+    kept.parent.chmod(0o1777)
+    private_folder("some").write("a", b"own")
+    kept.chmod(0o1777)
+    with pytest.raises(OSError, match="others may write"):
+        private_folder("some")
+
+
+@posix
+def test_the_group_may_write_where_it_is_the_users_own(
+    kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with a umask of 002: of the user's name, with nobody else in it, and no list of others."""
     import grp
     import pwd
 
-    user = pwd.getpwuid(os.geteuid())
-    own = grp.getgrgid(user.pw_gid)
     kept.mkdir(parents=True)
-    os.chown(kept, -1, user.pw_gid)
-    kept.chmod(0o775)
-    if own.gr_name == user.pw_name and set(own.gr_mem) <= {user.pw_name}:
+    for place in (kept, kept.parent):
+        place.chmod(0o775)
+    number, user = kept.stat().st_gid, SimpleNamespace(pw_name="me", pw_gid=kept.stat().st_gid)
+    other = SimpleNamespace(pw_name="other", pw_gid=number)
+    listing = hasattr(os, "listxattr")
+    for name, more, users, listed, allowed in [
+        ("me", [], [user], [], True),
+        ("me", ["me"], [user], ["user.some"], True),
+        ("staff", [], [user], [], False),
+        ("me", ["other"], [user], [], False),
+        ("me", [], [user, other], [], False),
+        ("me", [], [user], ["system.posix_acl_access"], not listing),
+    ]:
+        group = SimpleNamespace(gr_name=name, gr_mem=more)
+        monkeypatch.setattr(grp, "getgrgid", lambda _, group=group: group)
+        monkeypatch.setattr(pwd, "getpwuid", lambda _: user)
+        monkeypatch.setattr(pwd, "getpwall", lambda users=users: users)
+        if listing:
+            monkeypatch.setattr(os, "listxattr", lambda _, listed=listed: listed)
+        private._alone.cache_clear()
+        if allowed:
+            private_folder("some").write("a", b"own")
+        else:
+            with pytest.raises(OSError, match="others may write"):
+                private_folder("some")
+    private._alone.cache_clear()
+
+
+def test_where_folders_cannot_be_held(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There the user's own folder is taken in place of a given one, if nobody else may write to it."""
+    monkeypatch.setattr(private, "_HELD", False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "own"))
+    folder = private_folder("some")
+    assert tmp_path / "cache" not in folder.path.parents
+    assert "cannot be held" in folder.instead_of
+    folder.write("a", b"own")
+    assert folder.read("a") == b"own"
+    assert not kept.exists()
+    if os.name == "posix":
+        (tmp_path / "own").chmod(0o777)
+        with pytest.raises(OSError, match="others may write"):
+            folder.read("a")
+
+
+@posix
+def test_a_folder_that_is_gone_below_the_process(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A relative name means nothing there: the user's own folder is taken."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "own"))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "relative")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    assert private_folder("some").path == tmp_path / "here" / "relative" / "geomint" / "some"
+    shutil.rmtree(tmp_path / "here")
+    assert private_folder("some").path.is_relative_to(tmp_path / "own")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def anywhere() -> Iterator[Path]:
+    """A folder that every user may pass through."""
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o711)
+        yield Path(name)
+
+
+@contextmanager
+def another_user(number: int) -> Iterator[None]:
+    os.seteuid(number)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+
+
+root = pytest.mark.skipif(
+    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can become another user"
+)
+
+
+@posix
+@root
+def test_folders_that_may_be_passed_but_not_read(
+    anywhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As /home often is; what other users have put in a sticky folder is not taken."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(anywhere / "own"))
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.setenv(name, "/dev/null/none")
+    (anywhere / "own").mkdir()
+    os.chown(anywhere / "own", 12345, 12345)
+    with another_user(12345):
         private_folder("some").write("a", b"own")
-    others = next((g.gr_gid for g in grp.getgrall() if g.gr_gid != user.pw_gid), None)
-    if others is not None and os.geteuid() == 0:
-        private._opened.cache_clear()
-        os.chown(kept, -1, others)
-        with pytest.raises(PermissionError, match="others may write"):
+    for who in (0, 23456):  # nor is what that one keeps another's, nor root's
+        with another_user(who), pytest.raises(OSError, match="another user"):
             private_folder("some")
+    shared = anywhere / "own" / "geomint" / "some"
+    os.chown(shared, 23456, -1)
+    with another_user(12345), pytest.raises(OSError, match="another user"):
+        private_folder("some")
+    os.chown(shared, 12345, -1)
+    os.chown(shared / "a", 23456, -1)
+    (shared / "a").chmod(0o644)
+    with another_user(12345):
+        assert private_folder("some").read("a") is None
 
 
 @posix
@@ -232,8 +404,8 @@ def test_a_fifo_in_the_place_of_code(warm: tuple[Path, Outcome]) -> None:
     for path in list(cache.rglob("*.nbc")):
         path.unlink()
         os.mkfifo(path)
-    assert run(*COMMAND, cache=cache).results == first.results
-    assert run(*COMMAND, cache=cache).compiled == []
+    assert run("-W", "ignore", *COMMAND, cache=cache).results == first.results
+    assert all(stat.S_ISFIFO(path.lstat().st_mode) for path in cache.rglob("*.nbc"))
 
 
 @posix

@@ -80,14 +80,6 @@ def in_turn(*parts: Task) -> None:
         part()
 
 
-def _options() -> list[str]:
-    """Return the options of Python that this process has, such as -I, -E, -O, -B, -P, -W and -X."""
-    more = (
-        f"-X{name}" + f"={value}" * (value is not True) for name, value in sys._xoptions.items()
-    )
-    return [*_args_from_interpreter_flags(), *more]
-
-
 @contextlib.contextmanager
 def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
     """Let a second process carry out tasks for what they compile, if a kernel is found missing.
@@ -102,8 +94,11 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
 
         try:
             content = sent(tuple(tasks()))
+            # As this one has them: -I, -E, -s, -O, -B, -P, -W, -X among others.
+            more = (f"-X{name}={value}" for name, value in sys._xoptions.items() if value is not True)
+            options = (*_args_from_interpreter_flags(), *more)
             process = subprocess.Popen(
-                [sys.executable, *_options(), "-c", _PROGRAM.format(sys.path)],
+                [sys.executable, *options, "-c", _PROGRAM.format(sys.path)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

@@ -55,8 +55,8 @@ def _roots() -> Iterator[Path | None]:
         own = platformdirs.user_cache_path("geomint")
         if own.is_absolute():
             yield own
-            if "XDG_CACHE_HOME" in os.environ:
-                yield Path("~/.cache/geomint").expanduser()
+        if "XDG_CACHE_HOME" in os.environ:
+            yield Path("~/.cache/geomint").expanduser()
 
 
 class PrivateFolder(NamedTuple):
