@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import json
 import os
 import pkgutil
 import random
@@ -393,6 +394,45 @@ def test_names_that_are_looked_at_are_those_that_are_written(command, tmp_path, 
     invoke(*COMMANDS[command], "--out", tmp_path)  # of what was for a paper nothing stays
     assert set(content(tmp_path)) < set(looked_at)
     assert not [name for name in content(tmp_path) if name.endswith((".pdf", ".tex", ".bib"))]
+
+
+@pytest.mark.usefixtures("blank_pictures")
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name not in ("run", "stress")])
+def test_a_file_of_the_users_is_not_lost(command, tmp_path, monkeypatch):
+    """Beside no report; and, if it was changed, of one; a report that is as it was is replaced."""
+    call, out = COMMANDS[command], tmp_path / "out"
+    assert invoke(*call, "--out", out).exit_code != 2
+    assert invoke(*call, "--out", out).exit_code != 2
+    table = json.loads(next(out.glob("*.json")).read_text(encoding="utf-8"))["files"]
+    assert {*table, next(out.glob("*.json")).name} == {path.name for path in out.iterdir()}
+    monkeypatch.setattr("geomint.run.solve.solve", no_run)
+    picture = next(out.glob("*.png"))
+    picture.write_bytes(b"mine")
+    for left in ("*.none", "*.json"):
+        for path in out.glob(left):
+            path.rename(tmp_path / "away")
+        before = content(out)
+        result = invoke(*call, "--out", out)
+        assert result.exit_code == 2, result.output
+        said = result.stderr.replace("\n", " ")
+        assert picture.name in said
+        assert "of no earlier report" in said
+        assert content(out) == before
+
+
+def test_a_file_that_has_the_name_of_a_run_is_not_lost(tmp_path, monkeypatch):
+    """Unless it is a run, or was named."""
+    monkeypatch.chdir(tmp_path)
+    out = Path("sphere-n3.nc")
+    for _ in range(2):
+        assert invoke(*COMMANDS["run"]).exit_code == 0
+    out.write_bytes(b"mine")
+    result = invoke(*COMMANDS["run"])
+    assert result.exit_code == 2, result.output
+    assert "another file is there, which is left alone" in result.stderr
+    assert out.read_bytes() == b"mine"
+    assert invoke(*COMMANDS["run"], "--out", out).exit_code == 0
+    assert gi.load(out).success
 
 
 STEERING = "a\x1b[31m\r\u202e<script>"

@@ -348,6 +348,21 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_text() == (tmp_path / "folder" / "mine").read_text() == "mine"
 
 
+def test_of_what_is_in_a_store_only_what_zarr_left_is_removed(tmp_path: Path) -> None:
+    out = tmp_path / "a.zarr"
+    known = on_disk("states", out)
+    left = out / "states" / f"c.{'0a' * 16}.partial"
+    mine = [out / "mine.partial", out / f"{'0b' * 16}", out / f"linked.{'0c' * 16}.partial"]
+    for path in (left, *mine[:2]):
+        path.touch()
+    mine[2].symlink_to(mine[0])
+    mine.append(out / f"folder.{'0d' * 16}.partial")
+    mine[3].mkdir()
+    assert_same(on_disk("states", out), known)
+    assert not left.exists()
+    assert all(path.exists() for path in mine)
+
+
 def test_a_writer_is_alone(tmp_path: Path) -> None:
     out = tmp_path / "a.zarr"
     said: list[str] = []

@@ -177,22 +177,32 @@ def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
 
 
 FLAGS = """
-import sys
+import subprocess, sys
+sys.path[:] = {!r}
 from geomint.kernels.compiling import beside
-seen = []
-def popen(command, **more):
-    seen.extend(command)
-    raise OSError
-beside.subprocess.Popen, beside.cores = popen, lambda: 2
+told = "import sys; print(sys.flags, sys.pycache_prefix, sys.warnoptions)"
+class Process(subprocess.Popen):
+    def __init__(self, command, **more):
+        seen.append(command[: command.index("-c")])
+        raise OSError
+seen, plain = [], subprocess.Popen
+beside.cores, subprocess.Popen = lambda: 2, Process
 with beside.compiled_beside(lambda: (len,)):
     beside.other("x", True)
-print(*seen[1 : seen.index("-c")])
+subprocess.Popen = plain
+(command,) = seen
+child = subprocess.run([*command, "-c", told], capture_output=True, text=True).stdout
+exec(told)
+print(child)
 """
 
 
-def test_it_runs_as_this_process_does() -> None:
+@pytest.mark.parametrize(
+    "options", ["-I -O -W ignore::FutureWarning", "-E -s -OO -B", "-P -b -X pycache_prefix=/none"]
+)
+def test_it_runs_as_this_process_does(options: str) -> None:
     """With the same options of Python."""
-    done = subprocess.run(
-        [sys.executable, "-s", "-O", "-W", "ignore", "-c", FLAGS], capture_output=True, text=True
-    )
-    assert set(done.stdout.split()) >= {"-s", "-O", "-Wignore"}, done.stderr
+    command = [sys.executable, *options.split(), "-c", FLAGS.format(sys.path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    own, its = done.stdout.strip().splitlines()
+    assert own == its, done.stderr

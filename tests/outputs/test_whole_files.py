@@ -1,6 +1,7 @@
 """Files appear whole or not at all, and nothing but regular files is replaced."""
 
 import errno
+import json
 import os
 import shutil
 import signal
@@ -25,7 +26,8 @@ def write(path, text="new"):
 
 
 def leftovers(folder):
-    return [p.name for p in Path(folder).rglob("*") if p.name.startswith(".geomint")]
+    found = [p for p in Path(folder).rglob("*") if p.name.startswith(".geomint")]
+    return [p.name for p in found if not p.parent.name.startswith(".geomint")]
 
 
 def test_a_new_and_an_old_file(tmp_path):
@@ -241,14 +243,25 @@ def test_a_folder_in_the_place_of_a_file(tmp_path):
 
 
 @posix
-def test_symlinks_in_a_folder_are_followed(tmp_path):
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.write_text("old", encoding="utf-8")
-    (tmp_path / "report").mkdir()
-    (tmp_path / "report" / NAMES[0]).symlink_to(elsewhere)
-    write_report(tmp_path / "report", "new")
-    assert elsewhere.read_text(encoding="utf-8") == "new"
-    assert contents(tmp_path / "report") == dict.fromkeys(NAMES, "new")
+@pytest.mark.parametrize("name", NAMES)
+def test_symlinks_in_a_folder_are_left_alone(tmp_path, name):
+    """Whether a file would be written there, or only removed; the folder itself may be one."""
+    elsewhere, folder = tmp_path / "elsewhere", tmp_path / "report"
+    elsewhere.write_text("mine", encoding="utf-8")
+    folder.mkdir()
+    (folder / name).symlink_to(elsewhere)
+    for call in (
+        lambda: write_report(folder, "new"),
+        lambda: make_report(folder, "new", NAMES[:1]),
+        lambda: gi.check_folder(folder, NAMES),
+    ):
+        with pytest.raises(gi.OutputError, match=f"{name[0]}.*a symlink, which is left alone"):
+            call()
+    assert contents(folder) == {name: "mine"}
+    (folder / name).unlink()
+    (tmp_path / "link").symlink_to(folder)
+    write_report(tmp_path / "link", "new")
+    assert contents(folder) == dict.fromkeys(NAMES, "new")
 
 
 WRITER = """
@@ -292,21 +305,89 @@ def test_another_process_that_keeps_the_folder(tmp_path, monkeypatch):
 
     descriptor = os.open(tmp_path, os.O_RDONLY)
     fcntl.flock(descriptor, fcntl.LOCK_EX)
-    monkeypatch.setattr(workplace, "PATIENCE", 0.05)
+    monkeypatch.setattr(outputs, "PATIENCE", 0.05)
     try:
-        with pytest.raises(gi.OutputError, match="another process"):
+        with pytest.raises(gi.OutputError, match="somebody else is writing"):
             write_report(tmp_path, "new")
     finally:
         os.close(descriptor)
     assert contents(tmp_path) == {}
 
 
-def test_nothing_stays_of_a_report_that_was_there(tmp_path):
-    """Of the names that belong to a report; also back, if a file cannot be moved."""
-    write_report(tmp_path, "old")
-    with gi.whole_folder(tmp_path, NAMES) as unfinished:
-        (unfinished / NAMES[1]).write_text("new", encoding="utf-8")
-    assert contents(tmp_path) == {NAMES[1]: "new"}
+def make_report(folder, text, names=NAMES, version=True):
+    """Write files as a report does, with their digests in its JSON; none in those of older versions."""
+    with gi.whole_folder(folder, NAMES) as unfinished:
+        for name in names[1:]:
+            (unfinished / name).write_text(text, encoding="utf-8")
+        told = {"provenance": {"versions": {"geomint": "0.1"}}}
+        if version:
+            told["files"] = {file.name: outputs.digest(file) for file in unfinished.iterdir()}
+        (unfinished / NAMES[0]).write_text(json.dumps(told), encoding="utf-8")
+
+
+@pytest.mark.parametrize("version", [True, False])
+def test_nothing_stays_of_a_report_that_was_there(tmp_path, version):
+    """Of the names that belong to a report; other files stay."""
+    (tmp_path / "notes").write_text("mine", encoding="utf-8")
+    make_report(tmp_path, "old", version=version)
+    gi.check_folder(tmp_path, NAMES)
+    make_report(tmp_path, "new", NAMES[:2])
+    assert contents(tmp_path).keys() == {*NAMES[:2], "notes"}
+    assert contents(tmp_path)[NAMES[1]] == "new"
+
+
+@pytest.mark.parametrize(
+    "mine", ["no report", "changed", "beside", "not of geomint", "broken", "deep"]
+)
+def test_a_file_that_is_of_no_report_is_not_lost(tmp_path, mine):
+    """Nor one that the user has changed; whether it would be written anew or only removed."""
+    if mine in ("no report", "beside"):
+        (tmp_path / NAMES[1]).write_text("mine", encoding="utf-8")
+    if mine == "beside":  # of an earlier report that has no such file
+        files = {"provenance": {"versions": {"geomint": "0.1"}}, "files": {}}
+        (tmp_path / NAMES[0]).write_text(json.dumps(files), encoding="utf-8")
+    if mine == "changed":
+        make_report(tmp_path, "old")
+        (tmp_path / NAMES[1]).write_text("mine", encoding="utf-8")
+    if mine in ("not of geomint", "broken", "deep"):
+        found = {"not of geomint": '{"a": 1}', "broken": '{"provenance', "deep": "[" * 10**5}
+        (tmp_path / NAMES[0]).write_text(found[mine], encoding="utf-8")
+    before = contents(tmp_path)
+    for call in (
+        lambda: gi.check_folder(tmp_path, NAMES),
+        lambda: make_report(tmp_path, "new"),
+        lambda: make_report(tmp_path, "new", NAMES[:1]),
+    ):
+        with pytest.raises(gi.OutputError, match=r"[ab]\..* of no earlier report.*left alone"):
+            call()
+        assert contents(tmp_path) == before
+    assert leftovers(tmp_path) == []
+
+
+KILLED_BETWEEN = """
+import os, sys
+from geomint.run.files import outputs
+from tests.outputs.test_whole_files import NAMES, make_report
+put, left = outputs._put, [int(sys.argv[2])]
+def kill(unfinished, target):
+    if not left[0]:
+        os._exit(9)
+    left[0] -= 1
+    put(unfinished, target)
+outputs._put = kill
+make_report(sys.argv[1], "old")
+"""
+
+
+@posix
+@pytest.mark.parametrize("after", range(3))
+def test_a_first_report_that_was_killed_is_replaced(tmp_path, after):
+    """What it has moved by then is told by its JSON, which comes first."""
+    place = str(tmp_path / "report")
+    run = [sys.executable, "-c", KILLED_BETWEEN, place, str(after)]
+    assert subprocess.run(run, check=False).returncode == 9
+    make_report(place, "new")
+    assert all((Path(place) / name).read_text(encoding="utf-8") == "new" for name in NAMES[1:])
 
 
 def test_names_are_looked_at_before_the_work(tmp_path):
@@ -331,9 +412,17 @@ def test_what_a_killed_process_left_is_removed(tmp_path):
     subprocess.run([sys.executable, "-c", KILLED, str(place)], check=False)
     (left,) = leftovers(place)
     old = time.time() - 1000.0
-    mine = place / f"{workplace.LEFT}mine"
-    mine.mkdir()
-    os.utime(mine, (old, old))
+    mine = {place / f"{workplace.LEFT}{name}" for name in ("mine", "0" * 16, "1" * 16, "2" * 16)}
+    named, unmarked, linked, file = sorted(mine, key=lambda path: (path.name[-1] == "e", path.name))
+    for folder in (named, unmarked):
+        folder.mkdir()
+        (folder / "work").touch()
+    (tmp_path / "elsewhere").mkdir()
+    linked.symlink_to(tmp_path / "elsewhere")
+    (linked / linked.name).touch()
+    file.touch()
+    for path in mine:
+        os.utime(path, (old, old), follow_symlinks=False)
     gi.check_folder(place)
     assert left in leftovers(place)  # too young: perhaps it has no lock yet
     os.utime(place / left, (old, old))
@@ -342,7 +431,43 @@ def test_what_a_killed_process_left_is_removed(tmp_path):
         gi.check_folder(place)
         assert unfinished.is_dir()
         assert left not in leftovers(place)
-    assert leftovers(place) == [mine.name]
+    assert set(leftovers(place)) == {path.name for path in mine}
+    assert all((folder / "work").exists() for folder in (named, unmarked))
+    assert [path.name for path in (tmp_path / "elsewhere").iterdir()] == [linked.name]
+
+
+@posix
+@pytest.mark.parametrize("call", [lambda p: gi.check_folder(p), lambda p: write(p / "file")])
+def test_a_folder_that_takes_the_place_of_a_workplace_stays(tmp_path, monkeypatch, call):
+    """Somebody who may write beside it gives its name to a folder of the user's."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "work").touch()
+    removed = workplace._remove
+
+    def swapped(place):
+        place.rename(tmp_path / "away")
+        (tmp_path / "mine").rename(place)
+        removed(place)
+
+    monkeypatch.setattr(workplace, "_remove", swapped)
+    call(tmp_path)
+    assert [path.parent.name[:9] for path in tmp_path.rglob("work")] == [".geomint-"]
+
+
+@posix
+@pytest.mark.skipif(
+    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give folders away"
+)
+def test_what_another_user_left_stays(tmp_path):
+    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    (left,) = leftovers(tmp_path)[:1]
+    os.chown(tmp_path / left, 12345, -1)
+    os.utime(tmp_path / left, (0.0, 0.0))
+    gi.check_folder(tmp_path)
+    assert (tmp_path / left).is_dir()
+    os.chown(tmp_path / left, 0, -1)
+    gi.check_folder(tmp_path)
+    assert not (tmp_path / left).exists()
 
 
 @posix

@@ -169,8 +169,8 @@ def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> di
     if others:
         raise OutputError(
             folder,
-            f"{', '.join(others)} is there, of no earlier report or changed since, and left alone; "
-            "move it, or name another folder",
+            f"{', '.join(others)}: of no earlier report, or changed since, and left alone; move "
+            "what is yours, or name another folder",
         )
     return targets
 
