@@ -424,7 +424,7 @@ with warnings.catch_warnings(record=True) as caught:
 """
         + "".join(f"    {line}\n" for line in (REPORT + FIELD + POINTS).splitlines())
         + """
-assert "set NUMBA_CACHE_DIR" in str(caught[0].message), caught
+assert "there is no home folder; let NUMBA_CACHE_DIR name" in str(caught[0].message), caught
 assert len(caught) == 1
 """
     )

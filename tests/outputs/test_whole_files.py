@@ -437,20 +437,23 @@ def test_what_a_killed_process_left_is_removed(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("call", [lambda p: gi.check_folder(p), lambda p: write(p / "file")])
-def test_a_folder_that_takes_the_place_of_a_workplace_stays(tmp_path, monkeypatch, call):
-    """Somebody who may write beside it gives its name to a folder of the user's."""
+@pytest.mark.parametrize("at", ["_remove", "rmtree"])
+def test_a_folder_that_takes_the_place_of_a_workplace_stays(tmp_path, monkeypatch, at):
+    """Somebody who may write beside it gives its name to a folder of the user's, before or after a look."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "work").touch()
-    removed = workplace._remove
+    owner = workplace if at == "_remove" else shutil
+    remove = getattr(owner, at)
 
-    def swapped(place):
+    def swapped(*given, **options):
+        (place,) = (path for path in tmp_path.iterdir() if path.name.startswith(workplace.LEFT))
         place.rename(tmp_path / "away")
         (tmp_path / "mine").rename(place)
-        removed(place)
+        remove(*given, **options)
 
-    monkeypatch.setattr(workplace, "_remove", swapped)
-    call(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, at, swapped)
+        write(tmp_path / "file")
     assert [path.parent.name[:9] for path in tmp_path.rglob("work")] == [".geomint-"]
 
 

@@ -95,7 +95,9 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
         try:
             content = sent(tuple(tasks()))
             # As this one has them: -I, -E, -s, -O, -B, -P, -W, -X among others.
-            more = (f"-X{name}={value}" for name, value in sys._xoptions.items() if value is not True)
+            more = (
+                f"-X{name}={value}" for name, value in sys._xoptions.items() if value is not True
+            )
             options = (*_args_from_interpreter_flags(), *more)
             process = subprocess.Popen(
                 [sys.executable, *options, "-c", _PROGRAM.format(sys.path)],

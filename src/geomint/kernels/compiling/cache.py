@@ -155,8 +155,8 @@ def _found() -> PrivateFolder | None:
     if found.instead_of:
         _notes.setdefault(
             "elsewhere",
-            f"compiled code is kept in {found.path}, for {found.instead_of}; let NUMBA_CACHE_DIR "
-            "name a folder that nobody else can write to",
+            f"compiled code is kept in {found.path}, not where it was asked for: {found.instead_of}; "
+            "let NUMBA_CACHE_DIR name a folder that nobody else can write to",
         )
     return found
 

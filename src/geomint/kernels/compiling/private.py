@@ -7,7 +7,6 @@ nothing that is held. What is not private is left as it is, and another folder i
 replaced if it is one of the user's under its name; nothing is removed.
 """
 
-import errno
 import functools
 import os
 import secrets
@@ -45,7 +44,7 @@ def private_folder(name: str) -> "PrivateFolder":
                 return found
         except OSError as failure:
             failures.append(str(failure))
-    raise OSError("; ".join(failures) or "no home folder; set NUMBA_CACHE_DIR to another one")
+    raise OSError("; ".join(failures) or "there is no home folder")
 
 
 def _roots() -> Iterator[Path | None]:
@@ -106,8 +105,7 @@ class PrivateFolder(NamedTuple):
             place, unfinished = before + name, f"{before}{name}.{secrets.token_hex(8)}"
             with suppress(FileNotFoundError):
                 if not _own(os.lstat(place, dir_fd=here)):
-                    told = "this is no file of geomint's, and left alone"
-                    raise FileExistsError(errno.EEXIST, told, str(self.path / name))
+                    raise FileExistsError(f"{self.path / name} is no file of geomint's: left alone")
             with open(unfinished, "xb", opener=_opener(here)) as file:
                 undone.callback(os.unlink, unfinished, dir_fd=here)
                 file.write(content)
@@ -132,8 +130,7 @@ def _check(found: os.stat_result, place: Path, last: bool) -> None:
         listed = hasattr(os, "listxattr") and "system.posix_acl_access" in os.listxattr(place)
         own &= not found.st_mode & stat.S_IWOTH and not listed and _alone(found.st_gid)
     if not own:
-        told = "it belongs to another user, or others may write to it"
-        raise PermissionError(errno.EPERM, told, str(place))
+        raise PermissionError(f"{place} belongs to another user, or others may write to it")
 
 
 @functools.cache
