@@ -240,6 +240,22 @@ report(*gi.pointwise(spring, [], [[0.5, 0.3]], rows=2)[0])
     assert tuple(outcome.results) == results[0]
 
 
+def test_sources_that_are_younger_than_the_clock(tmp_path: Path) -> None:
+    """As on a file system of a machine whose clock is ahead: their code is kept as that of others."""
+    import geomint
+
+    package = tmp_path / "src" / "geomint"
+    shutil.copytree(
+        Path(geomint.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__")
+    )
+    for path in package.rglob("*.py"):
+        os.utime(path, (2.0**32, 2.0**32))
+    command = ("-c", REPORT + FIELD + POINTS)
+    own = {"PYTHONPATH": str(package.parent)}
+    first, second = (run(*command, cache=tmp_path / "cache", **own) for _ in range(2))
+    assert_found(first, second)
+
+
 def test_an_edited_kernel_empties_the_cache(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -311,10 +311,11 @@ def test_where_folders_cannot_be_held(
     folder.write("a", b"own")
     assert folder.read("a") == b"own"
     assert not kept.exists()
-    if os.name == "posix":
-        (tmp_path / "own").chmod(0o777)
+    for place in (folder.path, folder.path.parent) if os.name == "posix" else ():
+        place.chmod(0o777)
         with pytest.raises(OSError, match="others may write"):
             folder.read("a")
+        place.chmod(0o700)
 
 
 @posix
@@ -371,9 +372,10 @@ def test_folders_that_may_be_passed_but_not_read(
         with another_user(who), pytest.raises(OSError, match="another user"):
             private_folder("some")
     shared = anywhere / "own" / "geomint" / "some"
-    os.chown(shared, 23456, -1)
-    with another_user(12345), pytest.raises(OSError, match="another user"):
-        private_folder("some")
+    for owner in (23456, 0):
+        os.chown(shared, owner, -1)
+        with another_user(12345), pytest.raises(OSError, match="another user"):
+            private_folder("some")
     os.chown(shared, 12345, -1)
     os.chown(shared / "a", 23456, -1)
     (shared / "a").chmod(0o644)

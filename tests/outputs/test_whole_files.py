@@ -412,11 +412,12 @@ def test_what_a_killed_process_left_is_removed(tmp_path):
     subprocess.run([sys.executable, "-c", KILLED, str(place)], check=False)
     (left,) = leftovers(place)
     old = time.time() - 1000.0
-    mine = {place / f"{workplace.LEFT}{name}" for name in ("mine", "0" * 16, "1" * 16, "2" * 16)}
-    named, unmarked, linked, file = sorted(mine, key=lambda path: (path.name[-1] == "e", path.name))
+    mine = [place / f"{workplace.LEFT}{name}" for name in ("mine", "0" * 16, "1" * 16, "2" * 16)]
+    named, unmarked, linked, file = mine
     for folder in (named, unmarked):
         folder.mkdir()
         (folder / "work").touch()
+    (named / named.name).touch()
     (tmp_path / "elsewhere").mkdir()
     linked.symlink_to(tmp_path / "elsewhere")
     (linked / linked.name).touch()
@@ -439,7 +440,7 @@ def test_what_a_killed_process_left_is_removed(tmp_path):
 @posix
 @pytest.mark.parametrize("at", ["_remove", "rmtree"])
 def test_a_folder_that_takes_the_place_of_a_workplace_stays(tmp_path, monkeypatch, at):
-    """Somebody who may write beside it gives its name to a folder of the user's, before or after a look."""
+    """Somebody who may write beside it gives its name to a folder of the user's, at any moment."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "work").touch()
     owner = workplace if at == "_remove" else shutil
@@ -521,8 +522,13 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
     def fail(*_):
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
+    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    (left,) = leftovers(tmp_path)
+    os.utime(tmp_path / left, (0.0, 0.0))
     monkeypatch.setattr(fcntl, "flock", fail)
     write_report(tmp_path, "new")
+    assert leftovers(tmp_path) == [left]  # somebody may be writing there
+    shutil.rmtree(tmp_path / left)
     assert contents(tmp_path) == dict.fromkeys(NAMES, "new")
 
 
