@@ -232,7 +232,17 @@ CALLS = {
 }
 # Mappings whose keys are names of something.
 NAMED = {
-    *("counts", "findings", "kept", "kinds", "method_options", "methods", "orders", "parameters"),
+    *(
+        "counts",
+        "files",
+        "findings",
+        "kept",
+        "kinds",
+        "method_options",
+        "methods",
+        "orders",
+        "parameters",
+    ),
     *("quantities", "readings", "statuses", "vary", "verdicts"),
 }
 
