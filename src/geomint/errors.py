@@ -166,6 +166,9 @@ class GeomintWarning(UserWarning):
         Where on the way, in the time that the text names.
     """
 
+    text: str
+    quantity: str
+
     def __init__(
         self,
         text: str,

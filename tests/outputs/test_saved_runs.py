@@ -1,10 +1,17 @@
 """A file of a run that is not what was written is refused, and says how the run ended."""
 
 import contextlib
+import copy
+import dataclasses
 import hashlib
+import inspect
+import json
 import os
 import pickle
+import pydoc
 import random
+import resource
+import time
 import warnings
 
 import numpy as np
@@ -75,20 +82,111 @@ def test_other_damages(content, tmp_path, seed):
     refused(tmp_path / "run.nc", content[at:] + content[:at] if at else b"")
 
 
-def test_sealed_by_somebody_else(content, tmp_path):
+def sealed(content):
+    """Return what somebody has changed with the checksum that fits it."""
+    place = content.index(b"checksum") + 16
+    content = bytearray(content)
+    content[place : place + 64] = b"0" * 64
+    content[place : place + 64] = hashlib.sha256(content).hexdigest().encode()
+    return bytes(content)
+
+
+def read_or_refused(path, content, **given):
+    """Return a run that was read, which all that shows it can show, or None where it is refused."""
+    path.write_bytes(content)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of numpy, of sizes
+        try:
+            found = gi.load(path, **given)
+        except gi.GeomintError as error:
+            assert "run.nc" in str(error)
+            return None
+        repr(found), found._repr_html_(), found.to_xarray(), found.to_dataframe(), found.words()
+        assert found == found.as_saved()
+        found.save(path.with_name("again.nc"))
+        assert gi.load(path.with_name("again.nc")) == found
+    return found
+
+
+def test_sealed_by_somebody_else(content, solution, tmp_path):
     """Sizes and places in the header that are none, and a checksum that fits: no other error either."""
     draw = random.Random(0)
-    place = content.index(b"checksum") + 16
-    for _ in range(300):
+    header = content.index(b"_problem_params")
+    for k in range(600):
         damaged = bytearray(content)
-        at = draw.randrange(4, 3000)
-        damaged[at : at + 4] = draw.choice([b"\xff" * 4, b"\x80\0\0\0"])
-        damaged[place : place + 64] = b"0" * 64
-        digits = hashlib.sha256(damaged).hexdigest().encode()
-        (tmp_path / "run.nc").write_bytes(damaged.replace(b"0" * 64, digits, 1))
-        with contextlib.suppress(gi.GeomintError), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of numpy, of sizes
-            gi.load(tmp_path / "run.nc")
+        at = draw.randrange(4, header)
+        damaged[at : at + 4] = draw.choice(
+            [b"\xff" * 4, b"\x80\0\0\0", b"\0\0\0\0", b"\x7f\xff\xff\xff", b"\0\0\0\x02"]
+        )
+        read_or_refused(tmp_path / "run.nc", sealed(damaged))
+
+
+def rewritten(content, path, name, text):
+    """Return a file whose attribute says something else, or is not there if that is None."""
+    path.write_bytes(content)
+    with netcdf_file(path, mmap=False) as old:
+        with netcdf_file(path.with_name("new.nc"), "w", version=2) as new:
+            attributes = dict(old._attributes)
+            attributes[name] = text
+            for key, value in attributes.items():
+                if value is not None:
+                    setattr(new, key, value)
+            for key, length in old.dimensions.items():
+                new.createDimension(key, length)
+            for key, variable in old.variables.items():
+                kind = variable.typecode()
+                made = new.createVariable(key, kind, variable.dimensions)
+                if variable.data.size:
+                    made[...] = variable.data
+                for told, value in variable._attributes.items():
+                    setattr(made, told, value)
+    return sealed(path.with_name("new.nc").read_bytes())
+
+
+def wrong(value):
+    """Yield JSON of other kinds in the place of a value, and of each that is in it."""
+    yield from ("x", None, -1, 1.5, True, [], {}, [[]], {"x": [1, "y"]}, 10**400, float("nan"), "\ud800")
+    if isinstance(value, dict):
+        for key in value:
+            yield from ({**value, key: other} for other in wrong(value[key]))
+            yield {name: one for name, one in value.items() if name != key}
+    elif isinstance(value, list):
+        for i in range(min(len(value), 3)):
+            yield from ([*value[:i], other, *value[i + 1 :]] for other in wrong(value[i]))
+
+
+OPTIONAL = ("options", "kept", "events", "units", "status", "message")  # or said twice
+WORDS = ("run", "restart", "kept", "events", "options", "layout", "provenance", "units")
+WORDS += ("problem", "method", "adaptive", "time", "status", "message", "format")
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_attributes_of_somebody_else(name, rich, tmp_path):
+    """Other kinds in every key, none, nested without an end: one error, or a run that can be shown."""
+    content, path = rich[1], tmp_path / "run.nc"
+    (tmp_path / "first.nc").write_bytes(content)
+    with netcdf_file(tmp_path / "first.nc", mmap=False) as file:
+        told = file._attributes.get(name, b"{}").decode()
+    said = [None, b"", b"\xff\xfe", b"[" * 100_000, b"NaN", 7.0]
+    with contextlib.suppress(ValueError):
+        every = [json.dumps(one).encode() for one in wrong(json.loads(told))]
+        said += every if len(every) < 120 else random.Random(0).sample(every, 120)
+    for word in said:
+        found = read_or_refused(path, rewritten(content, path, name, word))
+        assert found is None or word is not None or name in OPTIONAL
+
+
+@pytest.fixture(scope="module")
+def rich(tmp_path_factory):
+    """A run with all that a file may hold: events, dense output, warnings, estimates, a restart."""
+    path = tmp_path_factory.mktemp("rich") / "run.nc"
+    scene = gi.load_scene("hamiltonized-n3")
+    found = gi.solve(
+        scene.problem, scene.state, tau_end=3.0, step=0.5, method="gauss-4", dense=True, save_every=1,
+        observe=["energy", "K"], events=gi.Event("gamma[0]"), estimate_error=True, progress=False,
+    )  # fmt: skip
+    found.save(path)
+    return found, path.read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -47,11 +47,10 @@ def command(
     solution = result[0].solution
     assert solution is not None
 
-    from ..run.provenance import run_record
     from ..scene.provenance import scene_record
 
-    provenance = {**scene_record(chosen, options.reproducing_command()), **run_record(solution)}
-    save_solution(solution, out, provenance)
+    asked = scene_record(chosen, options.reproducing_command())
+    save_solution(solution, out, {**asked, **solution.provenance})
     if not quiet:
         from ..report.summary import print_runs
 

@@ -14,6 +14,7 @@ from ..problems.shown import Shown
 from ..run.solution import Solution
 from ..run.timeline import Timeline
 from ..scene.load import load_scene
+from ..scene.provenance import scene_record
 from ..scene.scene import Scene
 from ..watch.watcher import Watcher
 from . import rules
@@ -143,7 +144,7 @@ class Plan(Shown, Compared):
         # What it would go on from is a state of the other problem.
         return replace(
             solution,
-            problem=asked,
+            about=asked,
             y=lift(solution.y),
             route=way,
             restart=None,
@@ -233,4 +234,7 @@ def run_scene(
     scene: str | PathLike[str] | Mapping[str, Any] | Scene, progress: bool | None = None
 ) -> Solution:
     """Integrate a scene, given by name, file, content or object, as ``geomint run`` does."""
-    return make_plan(load_scene(scene)).solve(progress)
+    plan = make_plan(load_scene(scene))
+    solution = plan.solve(progress)
+    solution.origin = {**scene_record(plan.scene), **solution.provenance}
+    return solution

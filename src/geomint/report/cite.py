@@ -12,6 +12,7 @@ from ..methods.registry import find_solver
 from ..problems.problem import Problem
 from ..references.literature import GEOMINT
 from ..references.reference import Reference
+from ..run.result import Result
 from ..scene import Scene, load_scene
 
 __all__ = ["Citation", "cite"]
@@ -88,7 +89,7 @@ def cite(*what: Any) -> Citation:
     SceneError
         If a text is the name of neither a method nor a scene.
     MissingCodeError
-        Of a loaded result whose problem cannot be found.
+        Of a loaded result whose problem is not made by its name: nothing is unpickled here.
 
     Examples
     --------
@@ -111,6 +112,8 @@ def _parts(one: Any) -> Iterator[tuple[str, tuple[Reference, ...]]]:
         one = _named(one)
     elif isinstance(one, PathLike):
         one = load_scene(one)
+    if isinstance(one, Result):
+        one.code("about"), one.code("by")  # else they might be unpickled below
     problem = one if isinstance(one, Problem) else getattr(one, "problem", None)
     method = one if isinstance(one, Method) else getattr(one, "method", None)
     known = isinstance(problem, Problem), isinstance(method, Method)

@@ -70,7 +70,7 @@ def _scene(solution: Solution, every: Stretch, rows: Any, view: View, follow: bo
     """Return the body, or else a direction on its sphere."""
     from ..plots.film import BallScene, SphereScene
 
-    problem = solution.problem
+    problem = solution.code()
     if has_path(problem) and every.time == "t":
         path = path_along(problem, every)
         if path.attitude.shape[1] == 3:
@@ -81,7 +81,7 @@ def _scene(solution: Solution, every: Stretch, rows: Any, view: View, follow: bo
 
 def _fastest(solution: Solution, stretch: Stretch) -> float:
     """Return the largest angular speed of what is seen, as far as the samples tell."""
-    problem = solution.problem
+    problem = solution.code()
     spans = np.abs(np.diff(stretch.times))
     moving = spans > 0.0
     path = None

@@ -40,6 +40,10 @@ class Pictures:
     Curves need states that are dense: of ``dense=True``, which all of these use, or saved ones; saved
     ones that are too far apart are drawn as points, and the picture says so. Of a run that is too long
     for one picture its beginning is drawn, and the picture says how much.
+
+    Of a run that was loaded nothing is unpickled for a picture. One that needs functions, for dense
+    states, quantities or bodies, is a `MissingCodeError` where the problem is neither made by name nor
+    given nor, with ``trust=True``, has been asked for as `Solution.problem` before.
     """
 
     def plot(self: Any, *names: str, span: Any = None) -> Figure:
@@ -114,7 +118,7 @@ class Pictures:
         from ..plots.motion_plots import sphere_figure
         from ..plots.view import View
 
-        direction = direction_of(self.problem, piece)
+        direction = direction_of(self.code(), piece)
         stretch = stretch_of(self, span)
         points, view = direction.along(stretch.states), View() if view is None else view
         return sphere_figure(points, direction.name, heading_of(self, stretch), view)
@@ -135,7 +139,7 @@ class Pictures:
         from ..plots.motion_plots import plane_figure
 
         stretch = stretch_of(self, span)
-        path = path_along(self.problem, stretch, contact=True)
+        path = path_along(self.code(), stretch, contact=True)
         assert path.contact is not None
         labels = f"r₁ ({path.unit})", f"r₂ ({path.unit})"
         return plane_figure(path.contact[:, :2], labels, heading_of(self, stretch), equal=True)
@@ -236,7 +240,7 @@ def _family(solution: Solution, name: str) -> list[str]:
     """Return the quantities NAME-1, NAME-2, … if no quantity or component has the name itself."""
     if not isinstance(name, str) or "[" in name:
         return []
-    known = solution.problem.diagnostics
+    known = solution.code().diagnostics
     family = [each for each in known if re.fullmatch(re.escape(name) + r"-\d+", each)]
     return [] if name in known or len(family) > MOST_COLUMNS else family
 
@@ -280,8 +284,9 @@ class Named(NamedTuple):
         """
         if self.row is not None:
             return stretch.states[:, self.row]
-        function = quantity(solution.problem, self.name, "name")
-        return values_at(solution.problem, function, stretch.states, stretch.own)
+        problem = solution.code()
+        function = quantity(problem, self.name, "name")
+        return values_at(problem, function, stretch.states, stretch.own)
 
 
 def time_label(solution: Solution, time: str) -> str:

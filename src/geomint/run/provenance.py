@@ -17,6 +17,8 @@ from ..errors import DIGITS, quoted
 from ..methods.method import Method
 from .result import Result
 
+_COUNTS = ("steps", "rejected", "iterations", "newton")
+_SECONDS = ("compile_seconds", "run_seconds", "watching_seconds")
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "matplotlib")
 
 
@@ -42,7 +44,8 @@ def run_provenance(solution: Result) -> dict[str, Any]:
 
 def run_record(solution: Result) -> dict[str, Any]:
     """Return what was integrated, how, and at what cost."""
-    problem, error, end = solution.problem, solution.local_error, solution.end_error
+    problem, accuracy = solution.problem, solution.accuracy
+    error, end = solution.local_error, solution.end_error
     return {
         "problem": problem.name,
         "pieces": [[name, rows] for name, rows in problem.pieces],
@@ -52,20 +55,15 @@ def run_record(solution: Result) -> dict[str, Any]:
         "end": finite_json(float(solution.tau[-1])) if len(solution.tau) else None,
         **method_record(solution.method),
         "route": solution.route,
-        "accuracy": None if solution.accuracy is None else finite_json(solution.accuracy._asdict()),
-        "local_error": None if error is None else finite_json(error._asdict()),
-        "end_error": None if end is None else finite_json(end._asdict()),
+        "accuracy": finite_json(accuracy and accuracy._asdict()),
+        "local_error": finite_json(error and error._asdict()),
+        "end_error": finite_json(end and end._asdict()),
         "warnings": [finite_json(warning.as_json()) for warning in solution.warnings],
         "step": solution.step,
         "step_sizes": solution.step_sizes._asdict(),
-        "steps": solution.steps,
-        "rejected": solution.rejected,
-        "iterations": solution.iterations,
-        "newton": solution.newton,
+        **{name: getattr(solution, name) for name in _COUNTS},
         "field_evaluations": solution.evaluations,
-        "compile_seconds": round(solution.compile_seconds, 6),
-        "run_seconds": round(solution.run_seconds, 6),
-        "watching_seconds": round(solution.watching_seconds, 6),
+        **{name: round(getattr(solution, name), 6) for name in _SECONDS},
         "status": solution.status,
         "message": solution.message,
     }

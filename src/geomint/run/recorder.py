@@ -334,8 +334,8 @@ class Recorder:
             restart = self._crossings.left_behind(restart, self._before[0], self._integrator.time)
             met = self._crossings.met(self._clock, self._before[0])
         return Solution(
-            problem=self._problem,
-            method=method,
+            about=self._problem,
+            by=method,
             step=math.copysign(sizes.mean, self._timeline.h),
             step_sizes=sizes,
             tau=tau,

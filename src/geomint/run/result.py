@@ -1,13 +1,12 @@
 """What a run leaves, as data: states, drifts, costs."""
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 from ..arguments import Array
-from ..errors import ByName, DomainError, GeomintWarning, MissingCodeError
-from ..kernels.compiling.sameness import Compared
+from ..errors import ByName, DomainError, GeomintWarning
+from ..kernels.compiling.sameness import Compared, same
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
@@ -16,7 +15,7 @@ from .dense import Kept
 from .local_error import EndError, LocalError, Ranked
 from .met import Met
 from .restart import Restart
-from .stored import Found, StoredMethod, StoredProblem
+from .stored import Stored, StoredMethod, StoredProblem, alike
 
 Status = Literal["success", "interrupted", "failed", "not finite"]
 
@@ -36,8 +35,8 @@ class StepSizes(NamedTuple):
 class Result(Compared):
     """The data of a `geomint.Solution`, where its attributes are described."""
 
-    problem: Problem
-    method: Method
+    about: Problem | StoredProblem = field(compare=False)
+    by: Method | StoredMethod = field(compare=False)
     step: float
     step_sizes: StepSizes
     tau: Array
@@ -69,22 +68,38 @@ class Result(Compared):
     def __post_init__(self) -> None:
         self.drift, self.events = ByName(self.drift, "drift"), ByName(self.events, "events")
 
-    @property
-    def about(self) -> Problem | StoredProblem:
-        """The problem, or all that a file tells of it without its functions."""
-        return vars(self)["problem"]
+    def __eq__(self, other: object) -> bool:
+        """Tell whether all that is data is equal; of what has no code here all that is known of it."""
+        if type(self) is not type(other):
+            return NotImplemented
+        pairs = (self.about, other.about), (self.by, other.by)
+        return all(alike(*pair) for pair in pairs) and same(self._compared(), other._compared())
+
+    __hash__ = Compared.__hash__
+
+    def code(self, of: str = "about", unpickle: bool = False) -> Any:
+        """Return the problem, or what the method is ``by``, made by its name if it has no code yet.
+
+        Raises
+        ------
+        MissingCodeError
+            If there is none of that name; nothing is unpickled unless that is asked for.
+        """
+        value = getattr(self, of)
+        if isinstance(value, Stored):
+            value = value.found(unpickle)
+            setattr(self, of, value)
+        return value
 
     @property
-    def by(self) -> Method | StoredMethod:
-        """The method, as `about` is the problem."""
-        return vars(self)["method"]
+    def problem(self) -> Problem:
+        """The problem; of a file that was loaded with ``trust=True`` it may be unpickled for that."""
+        return self.code("about", unpickle=True)
 
-    def _compared(self) -> list[Any]:
-        """Return all that is data; what has no code here is compared by what is known of it."""
-        for name in ("problem", "method"):
-            with suppress(MissingCodeError):
-                getattr(self, name)
-        return [vars(self)[each.name] for each in fields(self) if each.compare]
+    @property
+    def method(self) -> Method:
+        """The method, as `problem` is."""
+        return self.code("by", unpickle=True)
 
     @property
     def t(self) -> Array:
@@ -109,7 +124,3 @@ class Result(Compared):
         if not (isinstance(name, str) and name in slices):
             raise DomainError("piece", name, f"one of {list(slices)}")
         return self.y[:, slices[name]]
-
-
-for _name in ("problem", "method"):
-    setattr(Result, _name, Found(_name))

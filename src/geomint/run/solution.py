@@ -85,8 +85,12 @@ class Solution(Shown, Pictures, Result):
         ``"exact flow"``, which takes no steps.
     problem : Problem
     method : Method
-        Of a solution that `geomint.load` gave they are looked for when they are used, and
-        `MissingCodeError` is raised where they are not found.
+        Of a solution that `geomint.load` gave they are made by their names when they are used: the
+        problem by the system of its scene, the method by the registry. With ``trust=True`` what has no
+        name is unpickled here, by `sol` and by going on, and nowhere else. `MissingCodeError` is
+        raised where there is no code.
+    about, by : Problem or StoredProblem, Method or StoredMethod
+        The same, or what a file tells of them while they have no code.
     """
 
     @property
@@ -103,10 +107,14 @@ class Solution(Shown, Pictures, Result):
     def sol(self) -> Output:
         """The states at any time of the run: ``sol.sol(t)``, or ``sol.sol(tau=…)``.
 
+        It needs `problem` and `method`, and unpickles them where these do.
+
         Raises
         ------
         DomainError
             If the run did not keep what that needs, see ``dense=True`` of `geomint.solve`.
+        MissingCodeError
+            Of a loaded run whose problem or method has no code here.
         """
         if self.kept is None:
             raise DomainError("sol", None, "dense=True in solve: this run did not keep its steps")
@@ -175,11 +183,14 @@ class Solution(Shown, Pictures, Result):
         save_solution(self, path)
 
     def as_saved(self) -> Solution:
-        """Return what `geomint.load` would give back: it can be pickled whatever the functions are."""
+        """Return what `geomint.load` would give back, with ``trust=True`` of a run of this process.
+
+        It can be pickled whatever the functions are.
+        """
         saved = copy.copy(self)
         vars(saved).pop("sol", None)
         saved.origin = self.provenance
-        saved.problem, saved.method = StoredProblem.of(self.about), StoredMethod.of(self.by)  # type: ignore[assignment]
+        saved.about, saved.by = StoredProblem.of(self.about), StoredMethod.of(self.by)
         return saved
 
     def _shown(self) -> tuple[str, dict[str, Any]]:

@@ -19,22 +19,24 @@ PARAMETER                  (), (k) or (i, j)       a parameter of the problem
 ``_kept_states`` …         its own                 what dense output is made of
 ``_NAME_event``            its own                 events: τ, direction, t if it is known, the state
 ``_problem_params``        its own                 the flat parameters
-``_problem_code`` …        its own                 where the functions are found again (a pickle)
+``_problem_code`` …        its own                 where the functions are found again (a pickle);
+                                                   none of a method that its name and options make
 =========================  ======================  ===================================================
 
 Where the clock was not integrated the dimension of states is ``tau``. A dimension of another length has
 that in its name, as ``k6``; a name that is taken gets an underscore. Attributes of the file are
-`problem`, `method`, `status`, `message` and, as JSON, `provenance`, `run` (numbers of the run) and
-`layout` (what each variable is). `checksum` is the SHA-256 of the whole file with 64 zeros in the
-place of its own digits.
+`problem`, `method`, `status`, `message` and, as JSON, `provenance`, `run` (numbers of the run),
+`options` (of a method that is found by its name) and `layout` (what each variable is). `checksum` is
+the SHA-256 of the whole file with 64 zeros in the place of its own digits.
 
-To read numbers runs no code of the file. To use `Solution.problem` or `Solution.method` of a file, as
-going on does, looks their functions up by a pickle, unless they are those of a scene's system: that
-is for files that you trust.
+A file brings no code. Methods are made by their names, problems by the system of their scene, or they
+are given. The pickles are for files that you made yourself: they are read with ``trust=True`` alone,
+and then by `Solution.problem`, `Solution.method`, `Solution.sol` and going on.
 """
 
 import hashlib
 import json
+import os
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
@@ -42,14 +44,17 @@ from dataclasses import MISSING, fields
 from math import prod
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, BinaryIO, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from scipy.io import netcdf_file
 
 from .. import __version__
-from ..arguments import Array, file_path
+from ..arguments import Array, file_path, switch
 from ..errors import DomainError, GeomintError, GeomintWarning, OutputError, quoted
+from ..methods.method import Method
+from ..methods.registry import find_solver
 from ..problems.problem import Problem
 from ..watch.drift import Drift
 from ..watch.windows import NOTHING, Windows
@@ -73,7 +78,7 @@ _KIND = re.compile(rb"geomint-run-[0-9]+")
 _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _LARGEST = 2**31 - 4  # bytes of a variable, of the format
 _OTHERWISE = (
-    *("problem", "method", "tau", "y", "drift", "physical"),
+    *("about", "by", "tau", "y", "drift", "physical"),
     *("restart", "kept", "events", "origin", "error_estimate"),
 )
 _RUN = tuple(f.name for f in fields(Result) if f.name not in _OTHERWISE)  # numbers and words
@@ -133,7 +138,7 @@ def save_solution(
         "restart": json.dumps(restart),
         "kept": json.dumps(kept),
         "events": json.dumps({of: met.t is not None for of, met in solution.events.items()}),
-        "missing": json.dumps({"problem": problem.missing, "method": method.missing}),
+        "options": json.dumps(method.options),
         "layout": json.dumps([[v.name, v.role, v.of] for v in variables]),
     }
     for variable in variables:
@@ -206,56 +211,85 @@ def holds_run(path: Path) -> bool:
         return _KIND.search(file.read(_HEADER)) is not None
 
 
-def _check_seal(path: Path) -> None:
+def _check_seal(file: BinaryIO, name: str) -> None:
     """Refuse a file that is not what was written, before anything in it is believed."""
-    name = fspath(path)
-    if path.exists() and not path.is_file():
-        raise GeomintError(f"{name!r} holds no run of geomint: it is no regular file")
-    with path.open("rb") as file:
-        header = file.read(_HEADER)
-        kind, found = _KIND.search(header), _SEAL.search(header)
-        if kind is not None and kind[0] != _FORMAT.encode():
-            raise GeomintError(
-                f"{name!r} is of another version of geomint ({kind[0].decode()}, not {_FORMAT}): "
-                "run it again, as its attribute 'provenance' says; readers of NetCDF read its numbers"
-            )
-        if found is None:
-            raise GeomintError(f"{name!r} holds no run of geomint")
-        start, end = found.span(1)
-        digest = hashlib.sha256(header[:start] + _NO_CHECKSUM.encode() + header[end:])
-        while block := file.read(_HEADER):
-            digest.update(block)
+    header = file.read(_HEADER)
+    kind, found = _KIND.search(header), _SEAL.search(header)
+    if kind is not None and kind[0] != _FORMAT.encode():
+        raise GeomintError(
+            f"{name!r} is of another version of geomint ({kind[0].decode()}, not {_FORMAT}): "
+            "run it again, as its attribute 'provenance' says; readers of NetCDF read its numbers"
+        )
+    if kind is None or found is None:
+        raise GeomintError(f"{name!r} holds no run of geomint")
+    start, end = found.span(1)
+    digest = hashlib.sha256(header[:start] + _NO_CHECKSUM.encode() + header[end:])
+    while block := file.read(_HEADER):
+        digest.update(block)
     if digest.hexdigest().encode() != found[1]:
         raise GeomintError(f"{name!r} is not what was written: its checksum differs")
+    file.seek(0)
 
 
-def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
+class _File(_open):  # type: ignore[misc]
+    """A file that is read: no attribute of it becomes one of its reader, no data are read twice."""
+
+    def _read_gatt_array(self) -> None:
+        self.__dict__["_attributes"] = self._read_att_array()
+        self.__dict__["_left"] = os.fstat(self.fp.fileno()).st_size
+
+    def _read_var(self) -> Any:
+        found = super()._read_var()
+        lengths = [length for length in found[2] if length is not None]  # None: of records
+        self.__dict__["_left"] -= prod(lengths) * found[5]
+        if self._left < 0 or min(lengths, default=0) < 0:
+            raise ValueError("its variables are larger than the file")
+        return found
+
+
+def load(
+    path: str | PathLike[str],
+    problem: Problem | None = None,
+    *,
+    method: str | Method | None = None,
+    trust: bool = False,
+) -> Solution:
     """Read a run that `Solution.save` or ``geomint run`` wrote.
 
-    The solution is what it was, and `geomint.solve` goes on from it. Its `problem` and `method` are
-    looked for when they are used: by the system of the scene, or where their functions are found,
-    which unpickles what the file says, so use them of files that you trust.
+    The solution is what it was, and `geomint.solve` goes on from it. No code comes from the file: its
+    method is made by its name and options, its problem by the system of its scene. What is not known
+    by a name, as the problem of a notebook, is given here, or else it has numbers only: whatever needs
+    the functions is a `MissingCodeError`.
 
     Parameters
     ----------
     path : path
     problem : Problem, optional
-        That of the run, where its functions cannot be found, such as those of a notebook.
+        That of the run.
+    method : Method or str, optional
+        That of the run.
+    trust : bool
+        Whether functions are looked for by the pickle in the file, which can run anything: for files
+        that you made yourself. Even then only `Solution.problem`, `Solution.method`, `Solution.sol`
+        and going on read it.
 
     Raises
     ------
     GeomintError
         If the file is none, not complete, or not what was written.
     DomainError
-        For a problem that has another name, other pieces or other parameters.
+        For a problem that has another name, other pieces or other parameters, a method of another
+        name or other options.
     FileNotFoundError, OSError
         If there is none, or it cannot be opened.
     """
     if not isinstance(path, str | PathLike):
         raise DomainError("path", path, "the path of a file")
-    place = Path(path)
+    place, name, trusted = Path(path), fspath(path), switch("trust", trust)
+    if place.exists() and not place.is_file():
+        raise GeomintError(f"{name!r} holds no run of geomint: it is no regular file")
     try:
-        _check_seal(place)
+        stream = place.open("rb")
     except ValueError:  # a null byte, half of a pair
         raise DomainError("path", path, "the path of a file") from None
     note_input(place, copied=True)
@@ -270,53 +304,69 @@ def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
         if not (isinstance(problem, Problem) and known.fits(problem)):  # type: ignore[union-attr]
             raise DomainError("problem", problem, f"{known.name!r}, with the parameters of the run")
         solution.problem = problem
+    with stream:
+        _check_seal(stream, name)
+        try:
+            solution = _read(_File(stream, mmap=False), trusted)
+        except Exception as error:  # of a writer with another idea of the content
+            reason = quoted(error)
+            raise GeomintError(f"{name!r} cannot be read as a run: {reason}") from error
+    given = {"about": problem, "by": None if method is None else find_solver(method)}
+    for of, value in given.items():
+        known: Any = getattr(solution, of)
+        if value is not None and not known.fits(value):
+            raise DomainError(known.kind, value, f"{known.name!r}, with the parameters of the run")
+        setattr(solution, of, known if value is None else value)
     return solution
 
 
-def _read(file: Any) -> Solution:
+def _read(file: Any, trusted: bool) -> Solution:
     words = {name: value.decode() for name, value in file._attributes.items()}
     run, restart, order = (json.loads(words[key]) for key in ("run", "restart", "layout"))
     found: dict[str, dict[str, Any]] = defaultdict(dict)
     values: dict[str, dict[str, Array]] = defaultdict(dict)
+    if not _is(order, list[list[str]]):
+        raise TypeError("its layout is none")
     for name, role, of in order:
-        found[role][of] = variable = file.variables[_packed(name)]
+        found[role][of] = variable = file.variables.pop(_packed(name))
         values[role][of] = np.array(variable[...], variable.data.dtype.newbyteorder("="))
     pieces, times = values["piece"], values["time"]
-    physical, tau = times.get("t"), times.get("tau")
     run["step_sizes"] = StepSizes(*run["step_sizes"])
     run["accuracy"] = Accuracy.read(run.get("accuracy"))
     run["ranked"] = LocalError(*run["ranked"]) if run.get("ranked") else None
     run["warnings"] = tuple(map(GeomintWarning.read, run.get("warnings", ())))
     run["end_error"] = EndError(*run["end_error"]) if run.get("end_error") else None
     origin = json.loads(words["provenance"])
-    missing, code = json.loads(words["missing"]), values["code"]
+    code: dict[str, Any] = {of: content.tobytes() for of, content in values["code"].items()}
     going_on: dict[str, Any] = {**restart, **values["restart"]}
     kept: dict[str, Any] = {**json.loads(words.get("kept", "{}")), **values["kept"]}
     y = _joined(pieces)
     met = json.loads(words.get("events", "{}"))
-    places = {
-        of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
-    }
     scene = origin.get("scene") or {}
-    problem: Any = StoredProblem(
-        words["problem"],
-        *places["problem"],
-        shapes={name: piece.shape[1:] for name, piece in pieces.items()},
-        time=words["time"],
-        parameters=values["parameter"],
-        params=values["params"].get("problem", np.zeros(0)),
-        system=scene.get("system"),
-        initial=scene.get("initial"),
-        units=json.loads(words.get("units", "{}")),
-    )
-    method: Any = StoredMethod(words["method"], *places["method"], words["adaptive"] == "True")
-    return Solution(
-        problem=problem,
-        method=method,
-        tau=times["t"] if tau is None else tau,
+    solution = Solution(
+        about=StoredProblem(
+            words["problem"],
+            code.get("problem", b""),
+            trusted,
+            shapes={name: piece.shape[1:] for name, piece in pieces.items()},
+            time=words["time"],
+            parameters=values["parameter"],
+            params=values["params"].get("problem", np.zeros(0)),
+            system=scene.get("system"),
+            initial=scene.get("initial"),
+            units=json.loads(words.get("units", "{}")),
+        ),
+        by=StoredMethod(
+            words["method"],
+            code.get("method", b""),
+            trusted,
+            adaptive=json.loads(words["adaptive"].lower()),
+            options=json.loads(words.get("options", "null")),
+        ),
+        tau=times[words["time"]],
         y=y,
         drift={name: _drift(name, found, values) for name in found["drift"]},
-        physical=physical,
+        physical=times.get("t"),
         error_estimate=_joined(values["error"]) if values["error"] else None,
         restart=Restart(**going_on) if going_on else None,
         kept=Kept(**kept) if kept else None,
@@ -326,6 +376,45 @@ def _read(file: Any) -> Solution:
         },
         origin=origin,
         **run,
+    )
+    if not (_is(solution, Solution) and _fitting(solution)):
+        raise ValueError("its numbers, words and shapes are not those of a run")
+    return solution
+
+
+def _is(value: Any, kind: Any) -> bool:
+    """Tell whether what was read is what annotations say, with all that it is made of."""
+    origin, inner = get_origin(kind), [one for one in get_args(kind) if one is not ...]
+    if origin in (Union, UnionType):
+        return any(_is(value, one) for one in inner)
+    if kind is Any or origin is Literal:
+        return kind is Any or value in inner
+    if type(value) is int:
+        return kind in (int, float) and value.bit_length() < 64
+    if not isinstance(value, origin or kind):
+        return False
+    if isinstance(value, np.ndarray):
+        return bool(value.dtype == np.float64)
+    if isinstance(value, str):
+        return value.encode().decode() == value  # no halves of pairs
+    if origin is None:
+        hints = get_type_hints(kind).items()
+        return all(_is(getattr(value, name), hint) for name, hint in hints)
+    parts = value.values() if isinstance(value, Mapping) else value
+    return all(_is(part, inner[-1]) for part in parts)
+
+
+def _fitting(s: Solution) -> bool:
+    """Tell whether arrays have the shapes that they have in a run: compiled code does not look."""
+    nodes: list[Any] = [x for x in (s.restart, s.kept) if x is not None]
+    pairs = [(x.times, x.states) for x in nodes] + [(met.tau, met.y) for met in s.events.values()]
+    pairs += [(s.tau, s.y), (s.tau if s.physical is None else s.physical, s.y)]
+    pairs += [] if s.error_estimate is None else [(s.tau, s.error_estimate)]
+    widths = s.y.shape[1], s.y.shape[1] + 1  # with the clock
+    whole = s.kept is None or len(s.kept.times) > 0
+    return whole and all(
+        times.shape == states.shape[:1] and (states.shape[1] in widths or not len(times))
+        for times, states in pairs
     )
 
 
@@ -341,7 +430,7 @@ def _drift(
     told = found["drift"][name]._attributes.items()
     numbers: dict[str, Any]
     numbers = {key: x.decode() if isinstance(x, bytes) else float(x) for key, x in told}
-    closed = [values[part][name] for part in WINDOWS if name in values[part]]
+    closed = [values[part][name] for part in WINDOWS] if name in values["times"] else []
     windows = Windows(
         initial=numbers["initial"],
         last_time=numbers["until"],

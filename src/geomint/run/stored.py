@@ -1,18 +1,21 @@
-"""What a file knows of a problem and a method: all but their code, looked for when it is used."""
+"""What a file knows of a problem and a method: all but their code, made by name or unpickled."""
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from ..errors import GeomintWarning, MissingCodeError
-from ..kernels.compiling.sameness import Compared
+from ..kernels.compiling.sameness import Compared, same
 from ..kernels.compiling.sending import received, sent
 from ..methods.method import Method
+from ..methods.registry import find_solver
 from ..problems.problem import Problem, Time
 from ..problems.spaces.pieces import piece_slices
 from ..problems.systems import find_system
@@ -26,45 +29,81 @@ class Stored(Compared):
     Attributes
     ----------
     content : bytes
-        As `geomint.kernels.compiling.sending.sent` makes them; empty if the functions have no place.
-    missing : str
-        Why they have none.
+        As `geomint.kernels.compiling.sending.sent` makes them, a pickle; empty if there is no need of
+        one, or another process cannot find the functions.
+    trusted : bool
+        Whether `content` may be unpickled, which runs whatever it names.
     """
 
-    _kind: ClassVar[str]
-    _advice: ClassVar[str] = "its numbers can be read without"
+    kind = ""
 
     name: str
     content: bytes = b""
-    missing: str = ""
+    trusted: bool = field(default=False, compare=False)
 
-    def found(self) -> Any:
-        """Return the value itself, or raise `MissingCodeError`."""
-        if not self.content:
-            raise self._lost(self.missing)
-        try:
-            return received(self.content)
-        except Exception as error:  # whatever modules raise when they are imported
-            raise self._lost(str(error)) from error
+    def found(self, unpickle: bool) -> Any:
+        """Return the value itself, or raise `MissingCodeError`.
 
-    def _lost(self, reason: str) -> MissingCodeError:
-        return MissingCodeError(f"{self._kind} {self.name!r}", f"{reason}: {self._advice}")
+        Nothing is unpickled unless that is asked for here, and the content is `trusted`.
+        """
+        reason, more = "no name makes it here, nor is its code kept: that needs cloudpickle", ""
+        if self.content and unpickle and self.trusted:
+            try:
+                return received(self.content)
+            except Exception as error:  # whatever modules raise when they are imported
+                reason = str(error)
+        elif self.content:
+            reason = "its functions are known by a pickle alone, which runs what it names"
+            more = ", or trust=True for a file that you made yourself"
+            more = f", or read .{self.kind}, which unpickles it" if self.trusted else more
+        advice = (
+            f"give it, as geomint.load(path, {self.kind}=…){more}; its numbers can be read without"
+        )
+        raise MissingCodeError(f"{self.kind} {self.name!r}", f"{reason}: {advice}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredMethod(Stored):
-    """A method without its class."""
+    """A method without its class.
 
-    _kind = "method"
+    Attributes
+    ----------
+    options : mapping or None
+        Of a method that is found by its name those with which it is the same; else None.
+    """
+
+    kind = "method"
 
     adaptive: bool = False
+    options: Mapping[str, Any] | None = None
 
     @classmethod
     def of(cls, method: Method | StoredMethod) -> StoredMethod:
         """Return what can be written of a method."""
         if isinstance(method, StoredMethod):
             return method
-        return cls(method.name, *_sent(method), adaptive=method.adaptive)
+        name, known = method.name, method.adaptive
+        try:
+            options = json.loads(json.dumps(method.options))
+            if same(find_solver(name).with_options(**options), method):
+                return cls(name, adaptive=known, options=options)
+        except Exception:  # whatever the options of a foreign method raise
+            pass
+        return cls(name, _sent(method), True, adaptive=known)
+
+    def found(self, unpickle: bool) -> Method:
+        """Return the method of that name, with its options, or that which is unpickled."""
+        if self.options is not None:
+            with suppress(Exception):  # of another version, or of a package that is not here
+                return find_solver(self.name).with_options(**self.options)
+        return super().found(unpickle)
+
+    def fits(self, other: Any) -> bool:
+        """Tell whether a method has this name, and these options if it is found by its name."""
+        if not isinstance(other, Method | StoredMethod):
+            return False
+        known = self.of(other)
+        return (known.name, known.options) == (self.name, self.options)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,8 +119,7 @@ class StoredProblem(Stored):
         Sections of the scene: with them the problem is made anew, in any version that knows the system.
     """
 
-    _kind = "problem"
-    _advice = f"give it, as geomint.load(path, problem=…); {Stored._advice}"
+    kind = "problem"
 
     shapes: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     time: Time = "t"
@@ -96,9 +134,9 @@ class StoredProblem(Stored):
         """Return what can be written of a problem."""
         if isinstance(problem, StoredProblem):
             return problem
-        content, missing = _sent(problem)
-        known = problem.shapes, problem.time, problem.parameters, problem.params
-        return cls(problem.name, content, missing, *known, units=problem.units)
+        names = ("shapes", "time", "parameters", "params", "units")
+        known: dict[str, Any] = {name: getattr(problem, name) for name in names}
+        return cls(problem.name, _sent(problem), True, **known)
 
     @property
     def pieces(self) -> tuple[tuple[str, int], ...]:
@@ -114,14 +152,16 @@ class StoredProblem(Stored):
         """Return the unit of a piece, a component, a quantity or a time by its name."""
         return unit_among(self.units, name)
 
-    def found(self) -> Problem:
-        """Return the problem of the system, or that whose functions are where they were."""
-        return self._of_system() or super().found()
+    def found(self, unpickle: bool) -> Problem:
+        """Return the problem of the system, or that which is unpickled."""
+        return self._of_system() or super().found(unpickle)
 
-    def fits(self, problem: Problem) -> bool:
+    def fits(self, other: Any) -> bool:
         """Tell whether a problem has this name, these pieces and parameters, bit by bit."""
-        same = (problem.name, problem.time, problem.pieces) == (self.name, self.time, self.pieces)
-        return same and problem.params.tobytes() == np.asarray(self.params).tobytes()
+        if not isinstance(other, Problem | StoredProblem):
+            return False
+        names = (other.name, other.time, other.pieces) == (self.name, self.time, self.pieces)
+        return names and np.asarray(other.params).tobytes() == np.asarray(self.params).tobytes()
 
     def _of_system(self) -> Problem | None:
         if self.system is None or self.initial is None:
@@ -137,27 +177,17 @@ class StoredProblem(Stored):
         return next((one for one in model.problems.values() if self.fits(one)), None)
 
 
-class Found:
-    """An attribute that may be given as something `Stored`: it is found when it is first read."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __get__(self, owner: Any, kind: type | None = None) -> Any:
-        if owner is None:
-            raise AttributeError(self._name)
-        value = vars(owner)[self._name]
-        if isinstance(value, Stored):
-            value = vars(owner)[self._name] = value.found()
-        return value
-
-    def __set__(self, owner: Any, value: Any) -> None:
-        vars(owner)[self._name] = value
+def alike(one: Any, other: Any) -> bool:
+    """Tell whether two values are equal: by what is known of both where one has no code."""
+    if isinstance(other, StoredMethod | StoredProblem):
+        one, other = other, one
+    known = isinstance(one, StoredMethod | StoredProblem)
+    return one.fits(other) if known else same(one, other)
 
 
-def _sent(value: Any) -> tuple[bytes, str]:
-    """Return the bytes that find a value again, or why there are none."""
+def _sent(value: Any) -> bytes:
+    """Return the bytes that find a value again, or none."""
     try:
-        return sent(value), ""
-    except Exception as error:  # whatever a foreign object raises there
-        return b"", str(error)
+        return sent(value)
+    except Exception:  # whatever a foreign object raises there
+        return b""

@@ -20,7 +20,6 @@ from .variables import time_of
 
 if TYPE_CHECKING:
     from .dense import Output
-    from .result import Result
     from .solution import Solution
 
 NEAR = 1.0 / 1000.0  # of the range of a piece: as far as a joining line may be from the motion
@@ -70,9 +69,12 @@ def stretch_of(solution: Solution, span: Any = None) -> Stretch:
     ------
     DomainError
         For a span outside of the run, and a run that has fewer than two states there.
+    MissingCodeError
+        Of a loaded run that kept its steps, if they cannot be taken again without a pickle.
     """
     time = time_of(solution)
     if solution.kept is not None:
+        solution.code("about"), solution.code("by")  # else `sol` would unpickle them
         return _of_dense(solution, time, span)
     return _of_saved(solution, time, span)
 
@@ -90,10 +92,6 @@ def with_times(solution: Solution, stretch: Stretch, times: Array) -> tuple[Stre
     after = np.clip(np.searchsorted(known, sign * times), 1, len(known) - 1)
     nearer = np.abs(known[after - 1] - sign * times) <= np.abs(known[after] - sign * times)
     return stretch, after - nearer
-
-
-def _known(solution: Result, time: Time) -> Array:
-    return solution.tau if time == "tau" else solution.t
 
 
 def _dense(solution: Solution, time: Time) -> Callable[[Array], Array]:
@@ -208,7 +206,7 @@ def _ranges(states: Array) -> Array:
 
 
 def _of_saved(solution: Solution, time: Time, span: Any) -> Stretch:
-    known = _known(solution, time)
+    known = solution.tau if time == "tau" else solution.t
     more = "a run with states on the way: dense=True, save_every=… or t_eval=… in solve"
     if len(known) < 2 or known[0] == known[-1]:
         raise DomainError("states", len(known), more)

@@ -141,8 +141,8 @@ class ExactRun:
         physical = states.states[:, -1].copy() if clock else None
         physical = states.times.copy() if self.problem.time == "t" else physical
         solution = Solution(
-            problem=self.problem,
-            method=Exact(),
+            about=self.problem,
+            by=Exact(),
             step=0.0,
             step_sizes=StepSizes(0.0, 0.0, 0.0),
             tau=states.times,

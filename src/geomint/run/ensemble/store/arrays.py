@@ -1,5 +1,6 @@
 """The arrays of a store: made when they are first needed, found by what they are, widened."""
 
+import json
 import os
 import warnings
 from concurrent.futures import ThreadPoolExecutor
@@ -8,7 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from ....errors import MissingCodeError
+from ....errors import GeomintError, MissingCodeError, quoted
 from ...files.workplace import synced
 from ...variables import optional
 from ..dataset import free_name
@@ -20,6 +21,10 @@ CHUNK = 1 << 20  # numbers: 8 MB
 FIRST = ("tau", "states", "status")  # arrays that a store has from the beginning
 AT_ONCE = 8  # files brought to the disk: it takes them together, in a fifth of the time
 _DIMENSIONS = {MEMBER, BLOCK, ROW, "sample"}
+# What is read: of Zarr's own, none of those by which other packages may unpickle what is there.
+_CODECS = {"bytes", "vlen-utf8", "zstd", "gzip", "blosc", "crc32c"}
+_KINDS = ("float64", "int64", "string")
+_FORMAT_2 = (".zarray", ".zgroup", ".zattrs", ".zmetadata")
 
 
 def needed_zarr(what: str) -> Any:
@@ -56,6 +61,7 @@ class Arrays:
         mode = "r+" if writing else "r"
         self._known = {}
         with readable(root), warnings.catch_warnings():
+            _check_layout(root)
             warnings.simplefilter("ignore")  # about what a killed process has left in the folder
             self.group = self._zarr.open_group(os.fspath(root), mode=mode, use_consolidated=False)
             self.about = dict(self.group.attrs)
@@ -177,6 +183,22 @@ class Arrays:
             list(pool.map(_sync, self._touched))
             list(pool.map(synced, folders))
         self._touched.clear()
+
+
+def _check_layout(root: Path) -> None:
+    """Refuse a store that is not as they are written here, before the library reads any of it."""
+    for place in (root, *filter(Path.is_dir, root.iterdir())):
+        own = not any(os.path.lexists(place / name) for name in _FORMAT_2)
+        if (place / "zarr.json").exists():
+            told = json.loads((place / "zarr.json").read_text("utf-8"))
+            gathered = told.get("consolidated_metadata") or {"metadata": {}}
+            for node in (told, *gathered["metadata"].values()):
+                codecs = {codec["name"] for codec in node.get("codecs", ())}
+                own &= node["zarr_format"] == 3 and codecs <= _CODECS
+                own &= node.get("data_type", "string") in _KINDS
+        if not own:
+            reason = "is not read: it is not as geomint writes ensembles, in Zarr's format 3"
+            raise GeomintError(f"{quoted(os.fspath(place))} {reason}")
 
 
 def _sync(path: Path) -> None:

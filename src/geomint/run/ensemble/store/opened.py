@@ -40,8 +40,10 @@ class _Known(Members):
 def open_ensemble(path: str | PathLike[str]) -> Ensemble:
     """Look at an ensemble that `geomint.solve_ensemble` has written, or is writing, to `out`.
 
-    No code of the store is run, and that of its problem need not be there. Arrays are read when they
-    are asked for. To go on, or for `Ensemble.single`, call `geomint.solve_ensemble` again.
+    A store holds no code, so that there is nothing to trust: a folder of another layout, of Zarr's
+    format 2, or with codecs that are not Zarr's own, is refused before it is read. The code of its
+    problem need not be there. Arrays are read when they are asked for; their numbers have no checksum.
+    To go on, or for `Ensemble.single`, call `geomint.solve_ensemble` again.
 
     Parameters
     ----------
@@ -50,7 +52,7 @@ def open_ensemble(path: str | PathLike[str]) -> Ensemble:
     Raises
     ------
     GeomintError
-        If there is none, or one whose files are damaged.
+        If there is none, one of another layout, or one whose files cannot be read.
     MissingCodeError
         Without the library zarr.
 
