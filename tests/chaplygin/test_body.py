@@ -136,7 +136,7 @@ def test_a_file_keeps_the_units(tmp_path: Any) -> None:
     solution = gi.solve(PROBLEM, y0, t_end=0.1, method="cf-4", step=0.01, save_every=1)
     solution.save(tmp_path / "run.nc")
     saved = gi.load(tmp_path / "run.nc")
-    saved.problem = dataclasses.replace(saved.about, content=b"", missing="elsewhere")
+    saved.about = dataclasses.replace(saved.about, content=b"")
     assert saved.plot("r").axes[0].get_ylabel() == "r\n(m)"
     assert saved.plot().axes[-1].get_xlabel() == "t (s)"
 

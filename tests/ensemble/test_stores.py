@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import pickle
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -425,6 +426,104 @@ def test_a_file_that_power_has_left_half_written(tmp_path: Path) -> None:
     on_disk("readings", out)
     (out / "status" / "c.1").write_bytes(b"")
     assert_same(in_memory("readings"), on_disk("readings", out))
+
+
+MARKS: list[int] = []
+
+
+def _of_format_2(folder: Path) -> None:
+    """Make of an array one of Zarr's format 2 whose only chunk is a pickle."""
+    about = {"zarr_format": 2, "shape": [1], "chunks": [1], "dtype": "|O", "fill_value": None}
+    more = {"order": "C", "filters": [{"id": "pickle"}], "compressor": None}
+    (folder / ".zarray").write_text(json.dumps({**about, **more}))
+    (folder / "0").write_bytes(pickle.dumps(Marking()))
+
+
+class Marking:
+    def __reduce__(self) -> Any:
+        return _marked, ()
+
+
+def _marked() -> Any:
+    MARKS.append(1)
+    return np.array(["marked"], dtype=object)
+
+
+def _changed(path: Path, change: Callable[[Any], None]) -> None:
+    told = json.loads(path.read_text())
+    change(told)
+    path.write_text(json.dumps(told))
+
+
+def _root_of_format_2(out: Path) -> None:
+    _changed(out / "zarr.json", lambda told: told.update(zarr_format=2))
+    (out / ".zgroup").write_text('{"zarr_format": 2}')
+    for folder in filter(Path.is_dir, out.iterdir()):
+        told = json.loads((folder / "zarr.json").read_text())
+        (folder / "zarr.json").unlink()
+        (folder / ".zattrs").write_text(json.dumps(told["attributes"]))
+        _of_format_2(folder)
+
+
+def _member_of_format_2(out: Path) -> None:
+    (out / "more").mkdir()
+    _of_format_2(out / "more")
+
+
+def _gathered_of_format_2(out: Path) -> None:
+    def change(told: Any) -> None:
+        node = told["consolidated_metadata"]["metadata"]["status"]
+        node.update(zarr_format=2, dtype="|O", filters=[{"id": "pickle"}])
+
+    _changed(out / "zarr.json", change)
+
+
+def _with_codec(name: str) -> Callable[[Path], None]:
+    def change(told: Any) -> None:
+        told["codecs"].append({"name": name, "configuration": {"id": name.partition(".")[2]}})
+
+    return lambda out: _changed(out / "status" / "zarr.json", change)
+
+
+def _with_kind(kind: Any) -> Callable[[Path], None]:
+    return lambda out: _changed(out / "status" / "zarr.json", lambda t: t.update(data_type=kind))
+
+
+LAYOUTS: dict[str, Callable[[Path], None]] = {
+    "root": _root_of_format_2,
+    "member": _member_of_format_2,
+    "gathered": _gathered_of_format_2,
+    "linked": lambda out: (_member_of_format_2(out), (out / "link").symlink_to(out / "more"))[0],
+    "pickle": _with_codec("numcodecs.pickle"),
+    "json2": _with_codec("numcodecs.json2"),
+    "words": lambda out: _changed(
+        out / "y" / "zarr.json", lambda told: told.update(codecs=["numcodecs.pickle"])
+    ),
+    "objects": _with_kind({"name": "numcodecs.object", "configuration": {}}),
+    "bytes": _with_kind("variable_length_bytes"),
+    "metadata": lambda out: (out / ".zmetadata").write_text("{}") and None,
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_another_layout_is_refused_before_it_is_read(
+    layout: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By those who look and by those who go on: Zarr does not see it, no code of it runs."""
+    import zarr
+    from numcodecs import pickles
+
+    monkeypatch.setattr(pickles, "ALLOW_UNSAFE_PICKLE_DECODE", True, raising=False)  # as older ones
+    out = tmp_path / "a.zarr"
+    on_disk("states", out)
+    LAYOUTS[layout](out)
+    opened = zarr.open_group
+    monkeypatch.setattr(zarr, "open_group", lambda *a, **k: MARKS.append(2) or opened(*a, **k))
+    MARKS.clear()
+    for look in (gi.open_ensemble, lambda path: on_disk("states", path)):
+        with pytest.raises(gi.GeomintError, match=r"format 3|damaged"):
+            look(out).status
+    assert MARKS == []
 
 
 def _looked_at(out: Path) -> None:

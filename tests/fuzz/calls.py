@@ -68,7 +68,7 @@ def _problem(**given: Any) -> Any:
     )
     with tempfile.TemporaryDirectory() as folder:
         solution.save(Path(folder) / "run.nc")
-        return gi.load(Path(folder) / "run.nc")
+        return gi.load(Path(folder) / "run.nc", problem)
 
 
 def _solves() -> dict[str, Call]:

@@ -374,7 +374,7 @@ def test_a_solution_goes_on(name: str, kind: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=bound)
     once = ended(kind, name, t_end=1.5)
     once.save(tmp_path / "run.nc")
-    for former in (once, gi.load(tmp_path / "run.nc")):
+    for former in (once, gi.load(tmp_path / "run.nc", once.problem)):
         on = gi.solve(former, t_end=END)
         np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=bound)
 

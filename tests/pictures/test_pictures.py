@@ -165,7 +165,7 @@ def test_a_view_is_a_rotation() -> None:
 
 def test_what_a_file_gives_back_is_drawn(few: gi.Solution, tmp_path: Any) -> None:
     few.save(tmp_path / "run.nc")
-    saved = gi.load(tmp_path / "run.nc")
+    saved = gi.load(tmp_path / "run.nc", few.problem)
     for call in (lambda s: s.plot("gamma", "energy"), lambda s: s.plot_trace()):
         assert texts(call(saved)) == texts(call(few))
 

@@ -125,9 +125,10 @@ class LazyGroup(click.Group):
         standalone_mode: bool = True,
         **extra: Any,
     ) -> Any:
-        """Run; every failure is one message on standard error and exit code 2, Ctrl-C is 130.
+        """Run; errors of geomint and of files are a message on standard error and exit code 2.
 
-        SIGTERM and SIGHUP end a run as Ctrl-C does, with exit codes 143 and 129.
+        Others are defects: a traceback, and exit code 1. Ctrl-C is 130; SIGTERM and SIGHUP end a run as
+        Ctrl-C does, with exit codes 143 and 129.
         """
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)

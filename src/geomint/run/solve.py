@@ -84,7 +84,8 @@ def solve(
     problem : Problem, or Solution
         A solution goes on from its last whole step, with its method, step and clock: the states are
         bit for bit those of one run with that step. (An adaptive method has made its last step fit
-        the end, and goes on from there.) Drifts are those of the new part.
+        the end, and goes on from there.) Drifts are those of the new part. Of one that `geomint.load`
+        has read with ``trust=True`` this may unpickle problem and method.
     y0 : array_like
         Flat state in the problem's documented order; `Problem.state` makes one.
     t0 : float
