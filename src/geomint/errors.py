@@ -21,45 +21,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = [
-    "ArgumentError",
-    "ByName",
-    "ClockError",
-    "ConvergenceError",
-    "DeclarationError",
-    "DeclarationWarning",
-    "DomainError",
-    "EndWarning",
-    "EnsembleError",
-    "EventError",
-    "FormError",
-    "GeomintError",
-    "GeomintWarning",
-    "LeftOutWarning",
-    "MethodError",
-    "MissingCodeError",
-    "NonFiniteError",
-    "OutputError",
-    "RankError",
-    "SceneError",
-    "SendingError",
-    "SpeedWarning",
-    "StateWarning",
-    "StepError",
-    "StepLimitError",
-    "StepSizeError",
-    "StepWarning",
-    "UnknownNameError",
-    "UnknownReferenceError",
-    "WatcherError",
-    "closest",
-    "loaded",
-    "nearest",
-    "offered",
-    "printable",
-    "raised",
-]
-
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -67,7 +67,7 @@ from .met import Met
 from .restart import Restart
 from .result import Result, StepSizes
 from .solution import Solution
-from .stored import StoredMethod, StoredProblem
+from .stored import StoredMethod, StoredProblem, alike
 from .variables import WINDOWS, Variable, columns_of, variables_of
 
 ENDINGS = (".nc", ".csv")
@@ -314,9 +314,11 @@ def load(
     given = {"about": problem, "by": None if method is None else find_solver(method)}
     for of, value in given.items():
         known: Any = getattr(solution, of)
-        if value is not None and not known.fits(value):
-            raise DomainError(known.kind, value, f"{known.name!r}, with the parameters of the run")
-        setattr(solution, of, known if value is None else value)
+        if value is not None:
+            if not (isinstance(value, Problem | Method) and alike(value, known)):
+                expected = f"{known.name!r}, with the parameters of the run"
+                raise DomainError(known.kind, value, expected)
+            setattr(solution, of, value)
     return solution
 
 
@@ -331,11 +333,10 @@ def _read(file: Any, trusted: bool) -> Solution:
         found[role][of] = variable = file.variables.pop(_packed(name))
         values[role][of] = np.array(variable[...], variable.data.dtype.newbyteorder("="))
     pieces, times = values["piece"], values["time"]
-    run["step_sizes"] = StepSizes(*run["step_sizes"])
+    for name, kind in (("step_sizes", StepSizes), ("ranked", LocalError), ("end_error", EndError)):
+        run[name] = kind(*run[name]) if run.get(name) else None
     run["accuracy"] = Accuracy.read(run.get("accuracy"))
-    run["ranked"] = LocalError(*run["ranked"]) if run.get("ranked") else None
     run["warnings"] = tuple(map(GeomintWarning.read, run.get("warnings", ())))
-    run["end_error"] = EndError(*run["end_error"]) if run.get("end_error") else None
     origin = json.loads(words["provenance"])
     code: dict[str, Any] = {of: content.tobytes() for of, content in values["code"].items()}
     going_on: dict[str, Any] = {**restart, **values["restart"]}
@@ -406,16 +407,14 @@ def _is(value: Any, kind: Any) -> bool:
 
 def _fitting(s: Solution) -> bool:
     """Tell whether arrays have the shapes that they have in a run: compiled code does not look."""
-    nodes: list[Any] = [x for x in (s.restart, s.kept) if x is not None]
-    pairs = [(x.times, x.states) for x in nodes] + [(met.tau, met.y) for met in s.events.values()]
-    pairs += [(s.tau, s.y), (s.tau if s.physical is None else s.physical, s.y)]
-    pairs += [] if s.error_estimate is None else [(s.tau, s.error_estimate)]
-    widths = s.y.shape[1], s.y.shape[1] + 1  # with the clock
-    whole = s.kept is None or len(s.kept.times) > 0
-    return whole and all(
-        times.shape == states.shape[:1] and (states.shape[1] in widths or not len(times))
-        for times, states in pairs
-    )
+    m, rows = s.y.shape
+    nodes: list[Any] = [x for x in (s.restart, s.kept) if x is not None and len(x.times)]
+    fit = [
+        x.shape in ((m,), (m, rows)) for x in (s.tau, s.physical, s.error_estimate) if x is not None
+    ]
+    fit += [met.y.shape[1] == rows for met in s.events.values()]
+    fit += [x.states.shape in ((len(x.times), rows), (len(x.times), rows + 1)) for x in nodes]
+    return all(fit) and (s.kept is None or len(s.kept.times) > 0)
 
 
 def _joined(pieces: dict[str, Array]) -> Array:

@@ -98,13 +98,6 @@ class StoredMethod(Stored):
                 return find_solver(self.name).with_options(**self.options)
         return super().found(unpickle)
 
-    def fits(self, other: Any) -> bool:
-        """Tell whether a method has this name, and these options if it is found by its name."""
-        if not isinstance(other, Method | StoredMethod):
-            return False
-        known = self.of(other)
-        return (known.name, known.options) == (self.name, self.options)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredProblem(Stored):
@@ -156,13 +149,6 @@ class StoredProblem(Stored):
         """Return the problem of the system, or that which is unpickled."""
         return self._of_system() or super().found(unpickle)
 
-    def fits(self, other: Any) -> bool:
-        """Tell whether a problem has this name, these pieces and parameters, bit by bit."""
-        if not isinstance(other, Problem | StoredProblem):
-            return False
-        names = (other.name, other.time, other.pieces) == (self.name, self.time, self.pieces)
-        return names and np.asarray(other.params).tobytes() == np.asarray(self.params).tobytes()
-
     def _of_system(self) -> Problem | None:
         if self.system is None or self.initial is None:
             return None
@@ -174,15 +160,23 @@ class StoredProblem(Stored):
                 model = system.build(system.parameters(**keys), system.initial(**self.initial))
         except Exception:  # another version of the system: its functions may still be there
             return None
-        return next((one for one in model.problems.values() if self.fits(one)), None)
+        return next((one for one in model.problems.values() if alike(one, self)), None)
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Tell whether two values are equal: by what is known of both where one has no code."""
-    if isinstance(other, StoredMethod | StoredProblem):
-        one, other = other, one
-    known = isinstance(one, StoredMethod | StoredProblem)
-    return one.fits(other) if known else same(one, other)
+    """Tell whether two problems or methods are equal: by what is known of both if one has no code.
+
+    That are the name, of a method its options if it is found by it, else time, pieces and parameters.
+    """
+    known = isinstance(one, Stored) or isinstance(other, Stored)
+    return _known(one) == _known(other) if known else same(one, other)
+
+
+def _known(value: Any) -> tuple[Any, ...]:
+    if isinstance(value, Method | StoredMethod):
+        told = StoredMethod.of(value)
+        return told.name, told.options
+    return value.name, value.time, value.pieces, np.asarray(value.params).tobytes()
 
 
 def _sent(value: Any) -> bytes:

@@ -21,10 +21,8 @@ CHUNK = 1 << 20  # numbers: 8 MB
 FIRST = ("tau", "states", "status")  # arrays that a store has from the beginning
 AT_ONCE = 8  # files brought to the disk: it takes them together, in a fifth of the time
 _DIMENSIONS = {MEMBER, BLOCK, ROW, "sample"}
-# What is read: of Zarr's own, none of those by which other packages may unpickle what is there.
+# Zarr's own, which are read: by others the packages that have them may unpickle what is there.
 _CODECS = {"bytes", "vlen-utf8", "zstd", "gzip", "blosc", "crc32c"}
-_KINDS = ("float64", "int64", "string")
-_FORMAT_2 = (".zarray", ".zgroup", ".zattrs", ".zmetadata")
 
 
 def needed_zarr(what: str) -> Any:
@@ -188,14 +186,14 @@ class Arrays:
 def _check_layout(root: Path) -> None:
     """Refuse a store that is not as they are written here, before the library reads any of it."""
     for place in (root, *filter(Path.is_dir, root.iterdir())):
-        own = not any(os.path.lexists(place / name) for name in _FORMAT_2)
+        own = not list(place.glob(".z*"))  # of format 2
         if (place / "zarr.json").exists():
             told = json.loads((place / "zarr.json").read_text("utf-8"))
             gathered = told.get("consolidated_metadata") or {"metadata": {}}
             for node in (told, *gathered["metadata"].values()):
-                codecs = {codec["name"] for codec in node.get("codecs", ())}
-                own &= node["zarr_format"] == 3 and codecs <= _CODECS
-                own &= node.get("data_type", "string") in _KINDS
+                own &= {codec["name"] for codec in node.get("codecs", ())} <= _CODECS
+                own &= node.get("data_type", "string") in ("float64", "int64", "string")
+                own &= node["zarr_format"] == 3
         if not own:
             reason = "is not read: it is not as geomint writes ensembles, in Zarr's format 3"
             raise GeomintError(f"{quoted(os.fspath(place))} {reason}")
