@@ -81,6 +81,8 @@ _OTHERWISE = (
     *("about", "by", "tau", "y", "drift", "physical"),
     *("restart", "kept", "events", "origin", "error_estimate"),
 )
+_PARTS = {"restart": Restart, "kept": Kept}
+_ARRAYS = ("memory", "times", "states")  # of these
 _RUN = tuple(f.name for f in fields(Result) if f.name not in _OTHERWISE)  # numbers and words
 _open: Any = netcdf_file
 
@@ -113,14 +115,14 @@ def save_solution(
         write_table(path, (columns := columns_of(variables)), columns.values())
         return
     problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
-    restart = {} if solution.restart is None else dict(vars(solution.restart))
-    kept = {} if solution.kept is None else dict(vars(solution.kept))
+    told = {
+        role: dict(vars(part)) for role in _PARTS if (part := getattr(solution, role)) is not None
+    }
     hidden = {
         ("params", "problem"): np.asarray(problem.params),
         ("code", "problem"): np.frombuffer(problem.content, np.int8),
         ("code", "method"): np.frombuffer(method.content, np.int8),
-        **{("restart", of): restart.pop(of) for of in ("memory", "times", "states") if restart},
-        **{("kept", name): kept.pop(name) for name in ("times", "states") if kept},
+        **{(role, of): told[role].pop(of) for role in told for of in _ARRAYS if of in told[role]},
         **{("event", of): met.table for of, met in solution.events.items()},
         **{("last_window", of): drift.windows.last_window for of, drift in solution.drift.items()},
     }
@@ -135,8 +137,7 @@ def save_solution(
             {name: getattr(solution, name) for name in _RUN} | {"ranked": solution.local_error},
             default=GeomintWarning.as_json,
         ),
-        "restart": json.dumps(restart),
-        "kept": json.dumps(kept),
+        **{role: json.dumps(told.get(role, {})) for role in _PARTS},
         "events": json.dumps({of: met.t is not None for of, met in solution.events.items()}),
         "options": json.dumps(method.options),
         "layout": json.dumps([[v.name, v.role, v.of] for v in variables]),
@@ -157,7 +158,7 @@ def save_solution(
 def _for_load(hidden: Mapping[tuple[str, str], Array], taken: set[str]) -> Iterator[Variable]:
     """Yield what nobody but `load` reads, under names that are not taken."""
     for (role, of), values in hidden.items():
-        name = f"_{role}_{of}" if role in ("restart", "kept") else f"_{of}_{role}"
+        name = f"_{role}_{of}" if role in _PARTS else f"_{of}_{role}"
         while name in taken:
             name = f"_{name}"
         if values.size:
@@ -324,7 +325,7 @@ def load(
 
 def _read(file: Any, trusted: bool) -> Solution:
     words = {name: value.decode() for name, value in file._attributes.items()}
-    run, restart, order = (json.loads(words[key]) for key in ("run", "restart", "layout"))
+    run, order = json.loads(words["run"]), json.loads(words["layout"])
     found: dict[str, dict[str, Any]] = defaultdict(dict)
     values: dict[str, dict[str, Array]] = defaultdict(dict)
     if not _is(order, list[list[str]]):
@@ -339,8 +340,9 @@ def _read(file: Any, trusted: bool) -> Solution:
     run["warnings"] = tuple(map(GeomintWarning.read, run.get("warnings", ())))
     origin = json.loads(words["provenance"])
     code: dict[str, Any] = {of: content.tobytes() for of, content in values["code"].items()}
-    going_on: dict[str, Any] = {**restart, **values["restart"]}
-    kept: dict[str, Any] = {**json.loads(words.get("kept", "{}")), **values["kept"]}
+    for role, part in _PARTS.items():
+        told = {**json.loads(words.get(role, "{}")), **values[role]}
+        run[role] = part(**told) if told else None
     y = _joined(pieces)
     met = json.loads(words.get("events", "{}"))
     scene = origin.get("scene") or {}
@@ -369,8 +371,6 @@ def _read(file: Any, trusted: bool) -> Solution:
         drift={name: _drift(name, found, values) for name in found["drift"]},
         physical=times.get("t"),
         error_estimate=_joined(values["error"]) if values["error"] else None,
-        restart=Restart(**going_on) if going_on else None,
-        kept=Kept(**kept) if kept else None,
         events={
             of: Met.of_table(values["event"].get(of, np.zeros((0, 2 + timed + y.shape[1]))), timed)
             for of, timed in met.items()
@@ -409,9 +409,8 @@ def _fitting(s: Solution) -> bool:
     """Tell whether arrays have the shapes that they have in a run: compiled code does not look."""
     m, rows = s.y.shape
     nodes: list[Any] = [x for x in (s.restart, s.kept) if x is not None and len(x.times)]
-    fit = [
-        x.shape in ((m,), (m, rows)) for x in (s.tau, s.physical, s.error_estimate) if x is not None
-    ]
+    series = (s.tau, (m,)), (s.physical, (m,)), (s.error_estimate, (m, rows))
+    fit = [x is None or x.shape == shape for x, shape in series]
     fit += [met.y.shape[1] == rows for met in s.events.values()]
     fit += [x.states.shape in ((len(x.times), rows), (len(x.times), rows + 1)) for x in nodes]
     return all(fit) and (s.kept is None or len(s.kept.times) > 0)
@@ -431,19 +430,17 @@ def _drift(
     numbers = {key: x.decode() if isinstance(x, bytes) else float(x) for key, x in told}
     closed = [values[part][name] for part in WINDOWS] if name in values["times"] else []
     windows = Windows(
-        initial=numbers["initial"],
-        last_time=numbers["until"],
-        last=numbers["final_error"],
-        length=int(numbers["length"]),
-        samples=int(numbers["samples"]),
-        max_abs=numbers["max_abs_error"],
-        not_finite_from=numbers.get("not_finite_from"),
-        closed=np.array(closed) if closed else np.zeros((3, 0)),
-        last_window=values["last_window"].get(name, NOTHING),
+        numbers["initial"],
+        numbers["until"],
+        numbers["final_error"],
+        int(numbers["length"]),
+        int(numbers["samples"]),
+        numbers["max_abs_error"],
+        numbers.get("not_finite_from"),
+        np.array(closed) if closed else np.zeros((3, 0)),
+        values["last_window"].get(name, NOTHING),
     )
     numbers["own_noise"] = bool(numbers.get("own_noise"))  # attributes are words and numbers
     numbers |= {"name": name, "windows": windows}
-    own: dict[str, Any] = {
-        f.name: None if f.default is MISSING else f.default for f in fields(Drift)
-    }
-    return Drift(**{key: numbers.get(key, default) for key, default in own.items()})
+    own: Any = ((f.name, None if f.default is MISSING else f.default) for f in fields(Drift))
+    return Drift(**{key: numbers.get(key, default) for key, default in own})
