@@ -413,7 +413,7 @@ def _fitting(s: Solution) -> bool:
     fit = [x is None or x.shape == shape for x, shape in series]
     fit += [met.y.shape[1] == rows for met in s.events.values()]
     fit += [x.states.shape in ((len(x.times), rows), (len(x.times), rows + 1)) for x in nodes]
-    return all(fit) and (s.kept is None or len(s.kept.times) > 0)
+    return all(fit)
 
 
 def _joined(pieces: dict[str, Array]) -> Array:
