@@ -293,20 +293,9 @@ def load(
         stream = place.open("rb")
     except ValueError:  # a null byte, half of a pair
         raise DomainError("path", path, "the path of a file") from None
-    note_input(place, copied=True)
-    try:
-        with _open(fspath(place), "r", mmap=False) as file:
-            solution = _read(file)
-    except (TypeError, ValueError, LookupError, AttributeError, OSError, MemoryError) as error:
-        reason = quoted(error)  # of a writer with another idea of the content
-        raise GeomintError(f"{fspath(place)!r} cannot be read as a run: {reason}") from error
-    if problem is not None:
-        known = solution.about
-        if not (isinstance(problem, Problem) and known.fits(problem)):  # type: ignore[union-attr]
-            raise DomainError("problem", problem, f"{known.name!r}, with the parameters of the run")
-        solution.problem = problem
     with stream:
         _check_seal(stream, name)
+        note_input(place, copied=True)
         try:
             solution = _read(_File(stream, mmap=False), trusted)
         except Exception as error:  # of a writer with another idea of the content
