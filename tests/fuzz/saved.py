@@ -53,7 +53,7 @@ def with_code() -> bytes:
     for code in codes:
         data[(at := data.index(code)) : at + len(CODE)] = CODE
         planted += 1
-    assert planted == 2
+    assert planted
     return sealed(bytes(data))
 
 
