@@ -232,18 +232,8 @@ CALLS = {
 }
 # Mappings whose keys are names of something.
 NAMED = {
-    *(
-        "counts",
-        "files",
-        "findings",
-        "kept",
-        "kinds",
-        "method_options",
-        "methods",
-        "orders",
-        "parameters",
-    ),
-    *("quantities", "readings", "statuses", "vary", "verdicts"),
+    *("counts", "files", "findings", "kept", "kinds", "method_options", "methods", "orders"),
+    *("parameters", "quantities", "readings", "statuses", "vary", "verdicts"),
 }
 
 

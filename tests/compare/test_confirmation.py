@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.compare import confirmation, reference
+from geomint.compare import confirmation, reference, reference_record
 from geomint.compare.confirmation import Confirmation, confirm
 from geomint.compare.reference import reference_solution
-from geomint.compare.reference_record import Reference, place_of, stored
+from geomint.compare.reference_record import Reference, name_of, stored
 from geomint.kernels.compiling import digest
+from geomint.kernels.compiling.private import PrivateFolder
 from geomint.problems.testproblems import neumann
 
 
@@ -57,8 +58,7 @@ def with_time(tau):
 @pytest.fixture(autouse=True)
 def own_folder(monkeypatch, tmp_path):
     """Neither take references from disk nor leave wrong ones there."""
-    place = lambda *arguments: tmp_path / f"{place_of(*arguments).stem}.json"  # noqa: E731
-    monkeypatch.setattr(reference, "place_of", place)
+    monkeypatch.setattr(reference_record, "private_folder", lambda _: PrivateFolder(tmp_path, ""))
     return tmp_path
 
 
@@ -323,25 +323,26 @@ def test_a_refused_reference_is_refused_from_disk_too(planted, monkeypatch):
 
 @pytest.mark.nojit
 def test_a_file_without_confirmation_is_ignored(tmp_path):
-    path = tmp_path / "reference.json"
-    reference_with(1e-25, GOOD).store(path)
-    assert stored(path).confirmation == GOOD
+    name = "reference.json"
+    path = tmp_path / name
+    reference_with(1e-25, GOOD).store(name)
+    assert stored(name).confirmation == GOOD
     data = json.loads(path.read_text())
     for change in ({"confirmation": None}, {"confirmation": {"method": "other"}}):
         path.write_text(json.dumps({**data, **change}))
-        found = stored(path)
+        found = stored(name)
         assert found is None or found.known == np.inf
     del data["confirmation"]
     path.write_text(json.dumps(data))
-    assert stored(path) is None
+    assert stored(name) is None
 
 
 def test_other_sources_of_geomint_other_references(monkeypatch):
     """What a kernel got wrong once does not stay for ever."""
-    before = place_of(CIRCLE, EAST, 3.0)
-    assert before == place_of(CIRCLE, EAST, 3.0)
+    before = name_of(CIRCLE, EAST, 3.0)
+    assert before == name_of(CIRCLE, EAST, 3.0)
     monkeypatch.setattr(digest, "source_stamp", lambda: "edited")
-    assert place_of(CIRCLE, EAST, 3.0) != before
+    assert name_of(CIRCLE, EAST, 3.0) != before
 
 
 # The exact flow

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.compare import reference
+from geomint.compare import reference, reference_record
 from geomint.compare.reference import reference_solution
 from geomint.compare.reference_record import name_of
+from geomint.kernels.compiling.private import PrivateFolder
 from tests.problems import morse
 
 
@@ -32,9 +33,10 @@ def circle_rate(params, t, y, work):
 
 @pytest.fixture
 def forget(monkeypatch, tmp_path):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    folder = PrivateFolder(tmp_path, "")
+    monkeypatch.setattr(reference_record, "private_folder", lambda _: folder)
     monkeypatch.setattr(reference, "name_of", lambda *a: "reference.json")
-    return tmp_path / "geomint" / "references" / "reference.json"
+    return tmp_path / "reference.json"
 
 
 def test_circle_to_the_last_bit(forget):
@@ -89,7 +91,6 @@ def test_second_time_comes_from_disk(forget, monkeypatch):
 
 
 def test_broken_file_is_ignored(forget):
-    forget.parent.mkdir(parents=True)
     forget.write_text("{not json")
     problem = gi.Problem("circle", (("x", 2),), field=circle)
     assert reference_solution(problem, np.array([1.0, 0.0]), 1.0).y[0] == pytest.approx(np.cos(1.0))

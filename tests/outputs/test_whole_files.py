@@ -307,8 +307,13 @@ def test_another_process_that_keeps_the_folder(tmp_path, monkeypatch):
     fcntl.flock(descriptor, fcntl.LOCK_EX)
     monkeypatch.setattr(outputs, "PATIENCE", 0.05)
     try:
-        with pytest.raises(gi.OutputError, match="somebody else is writing"):
-            write_report(tmp_path, "new")
+        for call in (
+            lambda: write_report(tmp_path, "new"),
+            lambda: gi.check_folder(tmp_path, NAMES),
+        ):
+            with pytest.raises(gi.OutputError, match="somebody else is writing"):
+                call()
+        gi.check_folder(tmp_path)  # of which nothing is to be replaced
     finally:
         os.close(descriptor)
     assert contents(tmp_path) == {}

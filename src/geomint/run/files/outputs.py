@@ -54,8 +54,9 @@ def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     """
     with refused_as_output(path):
         folder = _made(Path(path))
-        with held(folder, path, PATIENCE):
-            _targets(folder, names)
+        if names:
+            with held(folder, path, PATIENCE):
+                _targets(folder, names)
         _probe(folder)
 
 
