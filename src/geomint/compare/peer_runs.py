@@ -11,7 +11,7 @@ from ..methods.rattle import Rattle
 from ..problems.systems import Model
 from .endpoint import Endpoint
 from .ladder import STEP_FACTORS
-from .peers.peer import Motion, Peer, Ready
+from .peers.peer import End, Motion, Peer, Ready
 from .point import MAX_SECONDS, Point, timed_runs
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
@@ -98,9 +98,8 @@ def _point(
         runs, enough = timed_runs(repeats)
         seconds: list[float] = []
         while not seconds or (len(seconds) < runs and sum(seconds) < enough):
-            begun = time.perf_counter()
-            found = ready.run()
-            seconds.append(time.perf_counter() - begun)
+            found, last = _timed(ready)
+            seconds.append(last)
     except Exception as error:  # whatever another package raises
         return replace(point, status=f"failed: {raised(error)}")
     return replace(
@@ -112,3 +111,9 @@ def _point(
         repeats=len(seconds),
         **endpoint.judged(motion.problem, found.y),
     )
+
+
+def _timed(ready: Ready) -> tuple[End, float]:
+    begun = time.perf_counter()
+    found = ready.run()
+    return found, time.perf_counter() - begun
