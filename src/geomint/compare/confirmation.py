@@ -179,12 +179,6 @@ def _plain(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
     solver = method(rates, 0.0, start, 1.0, rtol=tolerance, atol=tolerance)
     while solver.status == "running":
         message = solver.step()
-        if not np.isfinite(solver.y).all():
-            raise _failed(message or "numbers that are not finite")
-    if solver.status == "failed":
-        raise _failed(message)
+        if solver.status == "failed" or not np.isfinite(solver.y).all():
+            raise GeomintError(f"SciPy's DOP853: {message or 'numbers that are not finite'}")
     return sizes * solver.y
-
-
-def _failed(message: str | None) -> GeomintError:
-    return GeomintError(f"SciPy's DOP853: {message}")
