@@ -166,7 +166,9 @@ def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> di
         found = json.loads(targets[there[0]].read_bytes())
         if "geomint" in found["provenance"]["versions"]:  # older ones do not say of which files
             told = {**found.get("files", dict.fromkeys(there, "")), there[0]: ""}
-    others = [name for name in there if told.get(name) not in ("", digest(targets[name]))]
+    others = [
+        name for name in there if name not in told or told[name] not in ("", digest(targets[name]))
+    ]
     if others:
         raise OutputError(
             folder,
