@@ -527,7 +527,7 @@ BELOW = {
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
-    "load": {"path", "problem"},
+    "load": {"method", "path", "problem", "trust"},  # tested in tests/outputs/test_saved_runs.py
     # Tested in tests/outputs.
     **{name: {"path"} for name in ("check_file", "whole_file")},
     **{name: {"path", "names"} for name in ("check_folder", "whole_folder")},
@@ -572,6 +572,7 @@ METHODS_BELOW = {  # methods of classes
     # Tested in tests/pictures as well.
     "Solution": {
         "piece", "save", "words", "plot", "plot_phase", "plot_sphere", "plot_trace", "animate",
+        "code",  # tested in tests/outputs/test_saved_runs.py
     },
     "View": {"draw_curve"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.
