@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 from ..arguments import Array
 from ..errors import ByName, DomainError, GeomintWarning
-from ..kernels.compiling.sameness import Compared, same
+from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
@@ -15,7 +15,7 @@ from .dense import Kept
 from .local_error import EndError, LocalError, Ranked
 from .met import Met
 from .restart import Restart
-from .stored import Stored, StoredMethod, StoredProblem, alike
+from .stored import Stored, StoredMethod, StoredProblem, known
 
 Status = Literal["success", "interrupted", "failed", "not finite"]
 
@@ -68,14 +68,9 @@ class Result(Compared):
     def __post_init__(self) -> None:
         self.drift, self.events = ByName(self.drift, "drift"), ByName(self.events, "events")
 
-    def __eq__(self, other: object) -> bool:
-        """Tell whether all that is data is equal; of what has no code here all that is known of it."""
-        if type(self) is not type(other):
-            return NotImplemented
-        pairs = (self.about, other.about), (self.by, other.by)
-        return all(alike(*pair) for pair in pairs) and same(self._compared(), other._compared())
-
-    __hash__ = Compared.__hash__
+    def _compared(self) -> list[Any]:
+        """Return all that is data, and what is known of problem and method without their code."""
+        return [known(self.about), known(self.by), *super()._compared()]
 
     def code(self, of: str = "about", unpickle: bool = False) -> Any:
         """Return the problem, or what the method is ``by``, made by its name if it has no code yet.

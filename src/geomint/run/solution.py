@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 class Solution(Shown, Pictures, Result):
     """The result of `geomint.solve`.
 
+    Two are equal if their numbers are, bit by bit but for run times, and what a file knows of problem
+    and method: names, pieces, parameters, options.
+
     Attributes
     ----------
     t : array, shape (m,)

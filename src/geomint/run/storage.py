@@ -67,7 +67,7 @@ from .met import Met
 from .restart import Restart
 from .result import Result, StepSizes
 from .solution import Solution
-from .stored import StoredMethod, StoredProblem, alike
+from .stored import StoredMethod, StoredProblem, known
 from .variables import WINDOWS, Variable, columns_of, variables_of
 
 ENDINGS = (".nc", ".csv")
@@ -303,11 +303,11 @@ def load(
             raise GeomintError(f"{name!r} cannot be read as a run: {reason}") from error
     given = {"about": problem, "by": None if method is None else find_solver(method)}
     for of, value in given.items():
-        known: Any = getattr(solution, of)
+        there: Any = getattr(solution, of)
         if value is not None:
-            if not (isinstance(value, Problem | Method) and alike(value, known)):
-                expected = f"{known.name!r}, with the parameters of the run"
-                raise DomainError(known.kind, value, expected)
+            if not isinstance(value, Problem | Method) or known(value) != known(there):
+                expected = f"{there.name!r}, with the parameters of the run"
+                raise DomainError(there.kind, value, expected)
             setattr(solution, of, value)
     return solution
 

@@ -160,19 +160,14 @@ class StoredProblem(Stored):
                 model = system.build(system.parameters(**keys), system.initial(**self.initial))
         except Exception:  # another version of the system: its functions may still be there
             return None
-        return next((one for one in model.problems.values() if alike(one, self)), None)
+        return next((one for one in model.problems.values() if known(one) == known(self)), None)
 
 
-def alike(one: Any, other: Any) -> bool:
-    """Tell whether two problems or methods are equal: by what is known of both if one has no code.
+def known(value: Any) -> tuple[Any, ...]:
+    """Return what is known of a problem or a method with its code or without.
 
     That are the name, of a method its options if it is found by it, else time, pieces and parameters.
     """
-    known = isinstance(one, Stored) or isinstance(other, Stored)
-    return _known(one) == _known(other) if known else same(one, other)
-
-
-def _known(value: Any) -> tuple[Any, ...]:
     if isinstance(value, Method | StoredMethod):
         told = StoredMethod.of(value)
         return told.name, told.options
