@@ -14,7 +14,6 @@ from ..problems.shown import Shown
 from ..run.solution import Solution
 from ..run.timeline import Timeline
 from ..scene.load import load_scene
-from ..scene.provenance import scene_record
 from ..scene.scene import Scene
 from ..watch.watcher import Watcher
 from . import rules
@@ -236,5 +235,5 @@ def run_scene(
     """Integrate a scene, given by name, file, content or object, as ``geomint run`` does."""
     plan = make_plan(load_scene(scene))
     solution = plan.solve(progress)
-    solution.origin = {**scene_record(plan.scene), **solution.provenance}
+    solution.origin = {**solution.provenance, "scene": plan.scene.sections}
     return solution

@@ -45,7 +45,7 @@ from math import prod
 from os import PathLike, fspath
 from pathlib import Path
 from types import UnionType
-from typing import Any, BinaryIO, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, BinaryIO, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from scipy.io import netcdf_file
@@ -377,8 +377,8 @@ def _is(value: Any, kind: Any) -> bool:
     origin, inner = get_origin(kind), [one for one in get_args(kind) if one is not ...]
     if origin in (Union, UnionType):
         return any(_is(value, one) for one in inner)
-    if kind is Any or origin is Literal:
-        return kind is Any or value in inner
+    if kind is Any or origin in (ClassVar, Literal):
+        return origin is not Literal or value in inner
     if type(value) is int:
         return kind in (int, float) and value.bit_length() < 64
     if not isinstance(value, origin or kind):

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,9 +17,7 @@ from ..kernels.compiling.sending import received, sent
 from ..methods.method import Method
 from ..methods.registry import find_solver
 from ..problems.problem import Problem, Time
-from ..problems.spaces.pieces import piece_slices
 from ..problems.systems import find_system
-from ..problems.units import unit_among
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,31 +134,20 @@ class StoredProblem(Stored):
         """The order of a state."""
         return tuple((name, int(np.prod(shape))) for name, shape in self.shapes.items())
 
-    @property
-    def slices(self) -> dict[str, slice]:
-        """Where each piece lies in the flat state."""
-        return piece_slices(self.pieces)
-
-    def unit(self, name: str) -> str:
-        """Return the unit of a piece, a component, a quantity or a time by its name."""
-        return unit_among(self.units, name)
+    slices: ClassVar[Any] = Problem.slices  # as of a problem with its code
+    unit: ClassVar[Any] = Problem.unit
 
     def found(self, unpickle: bool) -> Problem:
         """Return the problem of the system, or that which is unpickled."""
-        return self._of_system() or super().found(unpickle)
-
-    def _of_system(self) -> Problem | None:
-        if self.system is None or self.initial is None:
-            return None
-        try:
-            system = find_system(self.system["name"])
-            keys = {key: value for key, value in self.system.items() if key != "name"}
-            with warnings.catch_warnings():  # of states that are projected, as they were then
+        if self.system is not None and self.initial is not None:
+            # Another version of the system may refuse; of states that are projected it warned then.
+            with suppress(Exception), warnings.catch_warnings():
                 warnings.simplefilter("ignore", GeomintWarning)
+                keys = dict(self.system)
+                system = find_system(keys.pop("name"))
                 model = system.build(system.parameters(**keys), system.initial(**self.initial))
-        except Exception:  # another version of the system: its functions may still be there
-            return None
-        return next((one for one in model.problems.values() if known(one) == known(self)), None)
+                return next(one for one in model.problems.values() if known(one) == known(self))
+        return super().found(unpickle)
 
 
 def known(value: Any) -> tuple[Any, ...]:
