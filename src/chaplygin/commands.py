@@ -2,7 +2,6 @@
 
 import importlib
 import sys
-import warnings
 from pathlib import Path
 
 import click
@@ -41,11 +40,7 @@ def inertia(
         raise gi.DomainError("--d", D, "D alone, or --m and --rho alone")
     if moments is not None:
         special = SpecialInertia.from_moments(moments, D)
-        with warnings.catch_warnings(record=True) as notes:
-            warnings.simplefilter("always")
-            warn_of_moments(moments)
-        for note in notes:
-            click.echo(f"note: {note.message}", err=True)
+        warn_of_moments(moments)
     else:
         special = SpecialInertia(a, D)
     click.echo(f"n = {special.n}")

@@ -1,7 +1,6 @@
 """What is read is not written over: the inputs of a command, or of a session of Python."""
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -31,15 +30,7 @@ def note_input(path: Path, copied: bool = False) -> None:
 
 
 def check_no_input(path: str | os.PathLike[str], target: Path) -> None:
-    """Raise `OutputError` if the file at `target` is an input, by whatever name.
-
-    The sources of what runs are inputs too, and the file of matplotlib's settings.
-    """
-    inputs = [*_inputs.get(), Path(os.environ.get("MATPLOTLIBRC", ""))]
-    for name, module in list(sys.modules.items()):
-        source = str(getattr(module, "__dict__", {}).get("__file__") or "")
-        if name == "__main__" or source.endswith(target.name):
-            inputs.append(Path(source))
-    for place in inputs:
-        if os.path.exists(place) and target.samefile(place):
+    """Raise `OutputError` if the file at `target` is an input, by whatever name."""
+    for place in _inputs.get():
+        if place.exists() and target.samefile(place):
             raise OutputError(path, f"it is the input {quoted(str(place))}; expected another place")
