@@ -135,9 +135,12 @@ def test_what_is_read_is_not_written_over(tmp_path, way):
         other.hardlink_to(source)
     place = source if way == "itself" or not other.exists() else other
     for attempt in (gi.check_file, write, lambda path: gi.check_folder(path.parent, [path.name])):
-        with pytest.raises(gi.OutputError, match="it is the input|a symlink, which is left"):
+        with pytest.raises(gi.OutputError, match=r"it is the input|a symlink, which is left"):
             attempt(place)
-    with pytest.raises(gi.OutputError, match="the input|a symlink"), gi.whole_folder(tmp_path) as new:
+    with (
+        pytest.raises(gi.OutputError, match=r"the input|a symlink"),
+        gi.whole_folder(tmp_path) as new,
+    ):
         (new / place.name).write_text("new")
     assert source.read_text() == place.read_text() == "old"
     assert leftovers(tmp_path) == []

@@ -45,7 +45,7 @@ def compare_scene(
     """
     return compare(
         scene.model,
-        end_of(scene),
+        scene.content.time.end,
         methods_of(scene, methods),
         steps=steps,
         first_steps=first_steps(scene),
@@ -55,13 +55,6 @@ def compare_scene(
         peers=peers,
         report=report,
     )
-
-
-def end_of(scene: Scene) -> dict[str, float]:
-    """Return where a comparison ends, under the name of the time that it is in."""
-    time = scene.content.time
-    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
-    return {key: value for key, value in end.items() if value is not None}
 
 
 def methods_of(scene: Scene, names: list[str]) -> list[str | Method]:
@@ -141,7 +134,7 @@ def warming(scene: Scene, names: list[str], at: str) -> list[Callable[[], object
 
 def warm_method(scene: Scene, method: str | Method) -> None:
     """Compile what the runs of one method need: at its longest step, and of its drifts."""
-    chosen, end = find_method(method), end_of(scene)
+    chosen, end = find_method(method), scene.content.time.end
     name, problem = representation_for(
         scene.model, chosen, end, scene.content.integrate.representation
     )

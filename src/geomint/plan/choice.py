@@ -101,9 +101,7 @@ class Asked(Compared):
     @property
     def end(self) -> dict[str, Any]:
         """``{"t_end": …}`` or ``{"tau_end": …}``."""
-        time = self.content.time
-        ends = {"t_end": time.t_end, "tau_end": time.tau_end}
-        return {name: end for name, end in ends.items() if end is not None}
+        return self.content.time.end
 
     @property
     def saving(self) -> Saving:

@@ -47,12 +47,16 @@ class OtherEnd(Section):
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:
-        ends = [end for end in (self.t_end, self.tau_end) if end is not None]
-        if len(ends) in self._refused:
-            raise ValueError(f"expected {self._expected}, got {self._refused[len(ends)]}")
-        if 0.0 in ends:
+        if (count := len(self.end)) in self._refused:
+            raise ValueError(f"expected {self._expected}, got {self._refused[count]}")
+        if 0.0 in self.end.values():
             raise ValueError("the end must not be 0, where the run begins")
         return self
+
+    @property
+    def end(self) -> dict[str, Any]:
+        """``{"t_end": …}``, ``{"tau_end": …}``, or nothing."""
+        return self.model_dump(include={"t_end", "tau_end"}, exclude_none=True)
 
 
 class TimeSection(OtherEnd):
