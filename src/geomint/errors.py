@@ -138,6 +138,7 @@ class GeomintWarning(UserWarning):
         time: float | None = None,
     ) -> None:
         size, time = (None if x is None else float(x) for x in (size, time))
+        text = printable(text)
         super().__init__(text, quantity, size, time)
         self.text, self.quantity, self.size, self.time = text, quantity, size, time
 

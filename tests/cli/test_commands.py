@@ -379,7 +379,7 @@ def test_names_of_geomint_are_its_own(names, first, tmp_path, monkeypatch):
     assert {c: t.exit_code for c, t in told.items()} == dict.fromkeys(told, 0) | {"dritf": 2}
     winner, loser = sorted(names)
     assert told["--help"].stdout.count("  drift ") == told["--help"].stdout.count("  shared ") == 1
-    assert "Turn principal moments" in told["--help"].stdout
+    assert "Convert principal moments" in told["--help"].stdout
     assert told["--help"].stdout.count("From far away.") == 1
     assert told["shared"].stdout == f"{winner}_code\n"
     assert "--methods" in told["drift --help"].stdout

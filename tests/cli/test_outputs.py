@@ -309,10 +309,11 @@ def test_no_output_takes_the_place_of_the_scene(
         result = invoke(name, read, *options, out)
         assert result.exit_code == 2, result.output
         said = result.stderr.splitlines()[-1]
-        assert "cannot be written: it is the input" in said
         assert str(out / file) in said
-        assert str(read) in said
-        assert "expected another place" in said
+        if file and way == "link to it":  # in the folder of a report
+            assert "that is a symlink, which is left alone" in said
+        else:
+            assert f"cannot be written: it is the input '{read}'; expected another place" in said
         assert read.read_text("utf-8") == text
         assert [p.name for p in folder.iterdir()] == [place.name]
 

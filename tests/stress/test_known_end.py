@@ -5,7 +5,7 @@ import pytest
 
 import geomint as gi
 from geomint.compare import reference
-from geomint.compare.reference_record import place_of
+from geomint.compare.reference_record import name_of
 from geomint.stress import known_end as ends
 from geomint.stress.judge import Cell, Trial, judge
 from geomint.stress.known_end import field_rounding, known_end
@@ -34,7 +34,8 @@ def planted(monkeypatch, tmp_path):
 
         monkeypatch.setattr(reference, "integrate_extended", turned)
         monkeypatch.setattr(ends, "integrate_extended", turned)
-        monkeypatch.setattr(reference, "place_of", lambda *a: tmp_path / place_of(*a).name)
+        own = tmp_path.name  # a reference of this test alone
+        monkeypatch.setattr(reference, "name_of", lambda *a: f"{own}-{name_of(*a)}")
 
     return plant
 

@@ -9,6 +9,7 @@ What goes between them are names of files of the cache, one a line: of what is b
 empty line. A process whose input ends is alone: the other one has ended, however.
 """
 
+import _imp
 import contextlib
 import os
 import signal
@@ -22,6 +23,7 @@ from typing import IO, Any
 
 from .cores import cores
 
+LONGEST = 60.0  # seconds for one function; a process that was stopped says nothing
 Task = Callable[[], object]
 _PROGRAM = f"import sys; sys.path[:] = {{!r}}; from {__name__} import main; main()"
 _state: dict[str, Any] = {"other": None, "start": None, "helps": False}
@@ -60,9 +62,7 @@ class Other:
         with self._changed:
             if self._making != name:
                 return False
-            while self._making == name:
-                self._changed.wait(0.5)
-            return True
+            return self._changed.wait_for(lambda: self._making != name, LONGEST)
 
 
 def other(name: str, kernel: bool) -> Other | None:
@@ -94,10 +94,11 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
 
         try:
             content = sent(tuple(tasks()))
-            # As this one has them: -I, -E, -s, -O, -B, -P, -W, -X among others.
-            more = (
-                f"-X{name}={value}" for name, value in sys._xoptions.items() if value is not True
-            )
+            # As this one has them: -I, -E, -s, -O, -B, -W, -X among others. Nothing is imported
+            # from the current folder before the path is that of this one.
+            given = sys._xoptions.items()
+            more = [f"-X{name}" if value is True else f"-X{name}={value}" for name, value in given]
+            more += ["-P", "--check-hash-based-pycs", _imp.check_hash_based_pycs]
             options = (*_args_from_interpreter_flags(), *more)
             process = subprocess.Popen(
                 [sys.executable, *options, "-c", _PROGRAM.format(sys.path)],
@@ -137,8 +138,11 @@ def main() -> None:
     content = source.read(int.from_bytes(source.read(8), "little"))
     _state.update(helps=True, other=Other(source, sink, lambda: os._exit(0)))
     warnings.simplefilter("ignore")
-    from .sending import received
+    try:
+        from .sending import received
 
-    for task in received(content):
-        with contextlib.suppress(Exception):
-            task()
+        for task in received(content):
+            with contextlib.suppress(Exception):
+                task()
+    finally:
+        os._exit(0)  # a thread still reads what Python would close

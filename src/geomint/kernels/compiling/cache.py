@@ -7,8 +7,8 @@ files lie in the user's cache folder (`geomint.kernels.compiling.private`), so a
 cannot be written works too; ``NUMBA_CACHE_DIR`` moves them. Where there is no such folder that is
 the user's alone, every process compiles anew; `take_note` says once what is not as it was wanted.
 
-A file holds the code of one function for one signature, after its checksum: what is damaged, of
-another process that runs at the same time, or of somebody else is compiled anew.
+A file holds the code of one function for one signature: what is damaged, of another process that runs
+at the same time, or of somebody else is compiled anew.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import functools
 import hashlib
 import os
 import pickle
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -37,7 +38,6 @@ from .private import PrivateFolder, private_folder
 
 _KERNELS = Path(__file__).parents[1]
 config: Any = _config
-_CHECKSUM = hashlib.sha256().digest_size
 _notes: dict[str, str] = {}  # by kind, each of which is told once
 _ROOMS = tuple(f"geomint.kernels.{room}." for room in ("solve", "tangent", "groups"))
 
@@ -47,7 +47,7 @@ def kernel_stamp() -> str:
     """Return a hash of every source file of the kernel layer, of Python, numpy and the compiler."""
     versions = (sys.implementation.cache_tag, *(m.__version__ for m in (numba, llvmlite, np)))
     digest = hashlib.sha256(" ".join(versions).encode())
-    for path in sorted(_KERNELS.rglob("*.py")):
+    for path in sorted(STARTED):
         digest.update(str(path.relative_to(_KERNELS)).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -56,10 +56,17 @@ def kernel_stamp() -> str:
 @functools.cache
 def sources_edited() -> bool:
     """Tell whether the stamp is of other sources than this process runs, or may be."""
-    if edited := sources() != STARTED:
-        why = "sources of geomint changed after this process began; start it again"
+    if edited := not STARTED or sources() != STARTED:
+        why = (
+            "sources of geomint are not there, or changed after this process began; start it again"
+        )
         _notes.setdefault("edited", f"compiled code is not kept: {why}")
     return edited
+
+
+def plain(name: str) -> str:
+    """Return what is left of a name, whoever gave it, in a file's name and a symbol."""
+    return re.sub(r"\W", "_", name, flags=re.ASCII)[:40]
 
 
 def cache_folder() -> PrivateFolder:
@@ -82,14 +89,16 @@ class StampedCache(NullCache):
 
     None, if the code is not to be `kept` for other processes, or there is no place for it.
 
-    A file for each signature, checksum first. No index: processes that compile different signatures
-    at the same time do not meet.
+    A file for each signature. No index: processes that compile different signatures at the same time
+    do not meet.
     """
 
     def __init__(self, py_func, fingerprint: str, on_miss: Callable[[], None], kept: bool) -> None:
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = _found() if kept else None
-        self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
+        self._base = f"{plain(py_func.__name__)}-{fingerprint}"
+        self._module = py_func.__globals__.get("__name__")
+        self._checked = bool(config.BOUNDSCHECK)
         # Functions of problems are compiled quickly.
         self._kernel = str(py_func.__module__).startswith(_ROOMS)
 
@@ -110,11 +119,15 @@ class StampedCache(NullCache):
         """Return the code that a file holds; None if there is none."""
         # Nothing of what numba knows about types is needed to load code: it takes 0.3 s to import.
         try:
-            content = (self._folder and self._folder.read(name)) or b""
-            checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
-            if hashlib.sha256(data).digest() != checksum:
+            if not (self._folder and (content := self._folder.read(name))):
                 return None
-            code = CompileResult._rebuild(target_context, *pickle.loads(data))
+            if alone := self._module not in sys.modules:  # numba would import whatever has its name
+                sys.modules[self._module] = sys
+            try:
+                code = CompileResult._rebuild(target_context, *pickle.loads(content))
+            finally:
+                if alone:
+                    del sys.modules[self._module]
         except OSError as failure:
             _note(failure)
             return None
@@ -128,16 +141,16 @@ class StampedCache(NullCache):
         name = self._name(sig, data.codegen)
         try:
             if self._folder and not (
-                data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)
+                data.library.has_dynamic_globals
+                or any(not x.can_cache for x in data.lifted)
+                or self._checked != bool(config.BOUNDSCHECK)  # which numba reads anew
+                or sources_edited.__wrapped__()
             ):
-                content = dumps(data._reduce())
-                self._folder.write(name, hashlib.sha256(content).digest() + content)
+                self._folder.write(name, dumps(data._reduce()))
         except OSError as failure:
             _note(failure)
         except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
             pass
-        if beside := other(name, False):
-            beside.tell("")
 
     def _name(self, sig, codegen) -> str:
         key = (sig, codegen.magic_tuple(), self._fingerprint)

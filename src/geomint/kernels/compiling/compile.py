@@ -30,7 +30,8 @@ from ..numbers import (  # noqa: F401 - what numba is to know
     typing_blocks,
     typing_elementary,
 )
-from .cache import StampedCache, sources_edited
+from .beside import other
+from .cache import StampedCache, plain, sources_edited
 from .call import Code
 from .clock import standing_still
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
@@ -107,9 +108,9 @@ def _unique(recorded: Recorded) -> FunctionType:
     loads both would run one of them for the other.
     """
     f = recorded.function
-    copy = FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__)
+    copy = FunctionType(f.__code__, f.__globals__, plain(f.__name__), f.__defaults__, f.__closure__)
     copy.__module__, copy.__doc__, copy.__kwdefaults__ = f.__module__, f.__doc__, f.__kwdefaults__
-    copy.__qualname__ = f"{f.__qualname__}_{recorded.fingerprint}"
+    copy.__qualname__ = f"{plain(f.__qualname__)}_{recorded.fingerprint}"
     return copy
 
 
@@ -231,7 +232,11 @@ def _compile(dispatcher, name: str, signature) -> None:
     start = time.perf_counter()
     with _ctrl_c_later(), linked():
         dispatcher.disable_compile(False)
-        dispatcher.compile(signature)
+        try:
+            dispatcher.compile(signature)
+        finally:
+            if beside := other("", False):
+                beside.tell("")
         dispatcher.disable_compile()  # a call with other types is an error, no compilation
     if sum(dispatcher.stats.cache_misses.values()) > misses:
         _notify(name, time.perf_counter() - start)

@@ -1,13 +1,15 @@
 """Folders that nobody else can write to: files in them are unpickled and run.
 
 Every folder on the way belongs to the user or to root, and others may not write to it, or, as in
-``/tmp``, not remove the user's own. Whenever a file is read or written, each is opened beneath the
-one before, and the file beneath the last one, without following links: who swaps a folder swaps
-nothing that is held. What is not private is left as it is, and another folder is taken. A file is
-replaced if it is one of the user's under its name; nothing is removed.
+``/tmp``, not remove the user's own; so do the links that lead there, each in such a folder. Whenever
+a file is read or written, each folder is opened beneath the one before, and the file beneath the last
+one: who swaps a folder swaps nothing that is held. What is not private is left as it is, and another
+folder is taken. A file is replaced if it is one of the user's under its name; nothing is removed. It
+begins with a checksum of its name and its content.
 """
 
 import functools
+import hashlib
 import os
 import secrets
 import stat
@@ -18,6 +20,8 @@ from typing import NamedTuple
 
 import platformdirs
 
+MOST_LINKS = 40
+_CHECKSUM = hashlib.sha256().digest_size
 OTHERS = (stat.S_IWGRP | stat.S_IWOTH) * (os.name == "posix")
 _user = getattr(os, "geteuid", lambda: 0)
 _HELD = os.open in os.supports_dir_fd
@@ -74,21 +78,33 @@ class PrivateFolder(NamedTuple):
     @contextmanager
     def held(self) -> Iterator[tuple[int | None, str]]:
         """Hold the folder, and all on the way to it; give the last one, and what names begin with."""
-        last, here = Path(os.path.realpath(self.path)), None
+        if not _HELD:
+            self.path.mkdir(mode=0o700, parents=True, exist_ok=True)
+            last = Path(os.path.realpath(self.path))
+            for place in (last, *last.parents):
+                _check(place.stat(), place, place == last)
+            yield None, f"{last}{os.sep}"
+            return
+        left, place, here, links = [*reversed(self.path.parts)], Path(), None, MOST_LINKS
         with ExitStack() as ends:
-            for place in (*reversed(last.parents), last):
-                if not place.is_dir():
-                    place.mkdir(mode=0o700, exist_ok=True)
-                if _HELD:
-                    here = os.open(place.name or "/", _FOLDER, dir_fd=here)
-                    ends.callback(os.close, here)
-                _check(os.stat(place if here is None else here), place, place == last)
-            for place in self.path.parents:  # who leads the user elsewhere by links
-                _check(place.stat(), place, False)
-            yield here, f"{last}{os.sep}" if here is None else ""
+            while left:
+                name = left.pop()
+                with suppress(FileExistsError):
+                    os.mkdir(name, 0o700, dir_fd=here)
+                found = os.lstat(name, dir_fd=here)
+                if stat.S_ISLNK(found.st_mode) and links:
+                    if found.st_uid not in (0, _user()):
+                        raise PermissionError(f"{place / name}, a link, belongs to another user")
+                    left += reversed(Path(os.readlink(name, dir_fd=here)).parts)
+                    links -= 1
+                    continue
+                here, place = os.open(name, _FOLDER, dir_fd=here), place / name
+                ends.callback(os.close, here)
+                _check(os.fstat(here), place, not left)
+            yield here, ""
 
     def read(self, name: str) -> bytes | None:
-        """Return the content of a file; None if there is none that is the user's alone."""
+        """Return the content of a file; None if there is none that is whole and the user's alone."""
         with (
             self.held() as (here, before),
             suppress(OSError),
@@ -96,7 +112,8 @@ class PrivateFolder(NamedTuple):
         ):
             found = os.fstat(file.fileno())
             if _own(found) and not found.st_mode & OTHERS:
-                return file.read()
+                checksum, content = file.read(_CHECKSUM), file.read()
+                return content if checksum == _checksum(name, content) else None
         return None
 
     def write(self, name: str, content: bytes) -> None:
@@ -108,9 +125,13 @@ class PrivateFolder(NamedTuple):
                     raise FileExistsError(f"{self.path / name} is no file of geomint's: left alone")
             with open(unfinished, "xb", opener=_opener(here)) as file:
                 undone.callback(os.unlink, unfinished, dir_fd=here)
-                file.write(content)
+                file.write(_checksum(name, content) + content)
             os.replace(unfinished, place, src_dir_fd=here, dst_dir_fd=here)
             undone.pop_all()
+
+
+def _checksum(name: str, content: bytes) -> bytes:
+    return hashlib.sha256(name.encode() + b"\0" + content).digest()
 
 
 def _opener(here: int | None) -> Callable[[str, int], int]:
@@ -128,19 +149,19 @@ def _check(found: os.stat_result, place: Path, last: bool) -> None:
     own = found.st_uid == _user() or not (last or found.st_uid)
     if found.st_mode & OTHERS and (last or not found.st_mode & stat.S_ISVTX):
         listed = hasattr(os, "listxattr") and "system.posix_acl_access" in os.listxattr(place)
-        own &= not found.st_mode & stat.S_IWOTH and not listed and _alone(found.st_gid)
+        own &= not found.st_mode & stat.S_IWOTH and not listed and _alone(found.st_gid, _user())
     if not own:
         raise PermissionError(f"{place} belongs to another user, or others may write to it")
 
 
 @functools.cache
-def _alone(number: int) -> bool:
+def _alone(number: int, user_id: int) -> bool:
     """Tell whether the user is alone in a group, which may write then, as with a umask of 002."""
     import grp  # not on Windows
     import pwd
 
     try:
-        name, group = pwd.getpwuid(_user()).pw_name, grp.getgrgid(number)
+        name, group = pwd.getpwuid(user_id).pw_name, grp.getgrgid(number)
     except KeyError:
         return False
     members = {user.pw_name for user in pwd.getpwall() if user.pw_gid == number}
