@@ -12,9 +12,10 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
+from numba import types
 
 import geomint as gi
-from geomint.kernels.compiling import beside
+from geomint.kernels.compiling import beside, compile
 from geomint.kernels.compiling.sending import sent
 
 NAME = "gauss-0123.nbc"
@@ -132,7 +133,7 @@ RUN = """
 import sys
 from functools import partial
 import geomint as gi
-from geomint.kernels.compiling import beside
+from geomint.kernels.compiling import beside, compile  # noqa: A004
 from geomint.problems.testproblems import henon_heiles
 
 beside.cores = lambda: 2
@@ -179,7 +180,7 @@ def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
 FLAGS = """
 import subprocess, sys
 sys.path[:] = {!r}
-from geomint.kernels.compiling import beside
+from geomint.kernels.compiling import beside, compile  # noqa: A004
 told = "import sys; print(sys.flags, sys.pycache_prefix, sys.warnoptions)"
 class Process(subprocess.Popen):
     def __init__(self, command, **more):
@@ -201,8 +202,43 @@ print(child)
     "options", ["-I -O -W ignore::FutureWarning", "-E -s -OO -B", "-P -b -X pycache_prefix=/none"]
 )
 def test_it_runs_as_this_process_does(options: str) -> None:
-    """With the same options of Python."""
+    """With the same options of Python, and nothing from the current folder."""
     command = [sys.executable, *options.split(), "-c", FLAGS.format(sys.path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     own, its = done.stdout.strip().splitlines()
-    assert own == its, done.stderr
+    assert own.replace("safe_path=False", "safe_path=True") == its, done.stderr
+
+
+def test_who_says_nothing_more_is_not_waited_for(ends, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a process that was stopped: what is compiled twice is none the worse."""
+    mine, theirs = ends
+    theirs.tell(NAME)
+    known(mine, NAME)
+    monkeypatch.setattr(beside, "LONGEST", 0.05)
+    assert not mine.waited(NAME)
+
+
+def test_what_fails_is_no_longer_being_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else two processes may wait for each other for ever."""
+    told: list[str] = []
+    double = type("Double", (), {"tell": lambda self, name: told.append(name)})()
+    monkeypatch.setitem(beside._state, "other", double)
+    monkeypatch.setattr(double.__class__, "waited", lambda self, name: False, raising=False)
+
+    entry = compile._entry(gi.helper(lambda x: x))
+    monkeypatch.setattr(entry, "compile", lambda signature: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        compile._compile(entry, "refused", types.float64(types.float64))
+    assert told == [""]
+
+
+def test_it_ends_by_itself() -> None:
+    """When all is done, whatever its input: no thread of it is broken off."""
+    command = [sys.executable, "-c", beside._PROGRAM.format(sys.path)]
+    content = sent(())
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(len(content).to_bytes(8, "little") + content)
+        process.stdin.flush()
+        assert (process.wait(120.0), process.stderr.read()) == (0, b"")

@@ -273,7 +273,10 @@ def test_an_edited_kernel_empties_the_cache(
         assert cache.cache_folder().path == before
         (package / "solve" / "status.py").write_text("OK = 0\n", encoding="utf-8")
         cache.kernel_stamp.cache_clear()
-        assert cache.cache_folder().path != before
+        assert (after := cache.cache_folder().path) != before
+        (package / ".#lock.py").symlink_to("nowhere")  # of an editor
+        cache.kernel_stamp.cache_clear()
+        assert cache.cache_folder().path == after
     finally:
         cache.kernel_stamp.cache_clear()
 
@@ -339,3 +342,21 @@ assert [f for f in warnings.filters if f not in filters] == []
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr in ("", COMPILING)
+
+
+def test_code_is_loaded_without_a_module_of_the_name(tmp_path: Path) -> None:
+    """What gives its functions the name of a module has it not imported."""
+    (tmp_path / "other_thing.py").write_text("print('imported')")
+    script = f"exec({FIELD + POINTS!r}, {{'__name__': 'other_thing', 'report': report}})"
+    first, second = (run("-c", REPORT + script, cache=tmp_path / "cache") for _ in range(2))
+    assert_found(first, second)
+
+
+@pytest.mark.parametrize("name", ["../../../escape", "H/m", "ü" * 130, "a\nb", "\0", "\udcff"])
+def test_names_of_functions_are_no_paths(name: str, tmp_path: Path) -> None:
+    naming = f"for f in (spring, turn): f.function.__name__ = {name!r}\n"
+    points = POINTS.replace("found = ", f"{naming}found = ")
+    first, second = (run("-c", REPORT + FIELD + points, cache=tmp_path / "c") for _ in range(2))
+    assert_found(first, second)
+    files = [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert {path.parent.parent.name for path in files} == {"geomint"}

@@ -47,7 +47,7 @@ def kernel_stamp() -> str:
     """Return a hash of every source file of the kernel layer, of Python, numpy and the compiler."""
     versions = (sys.implementation.cache_tag, *(m.__version__ for m in (numba, llvmlite, np)))
     digest = hashlib.sha256(" ".join(versions).encode())
-    for path in sorted(STARTED):
+    for path in sorted(filter(Path.is_file, _KERNELS.rglob("*.py"))):
         digest.update(str(path.relative_to(_KERNELS)).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -97,7 +97,6 @@ class StampedCache(NullCache):
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = _found() if kept else None
         self._base = f"{plain(py_func.__name__)}-{fingerprint}"
-        self._module = py_func.__globals__.get("__name__")
         self._checked = bool(config.BOUNDSCHECK)
         # Functions of problems are compiled quickly.
         self._kernel = str(py_func.__module__).startswith(_ROOMS)
@@ -121,13 +120,7 @@ class StampedCache(NullCache):
         try:
             if not (self._folder and (content := self._folder.read(name))):
                 return None
-            if alone := self._module not in sys.modules:  # numba would import whatever has its name
-                sys.modules[self._module] = sys
-            try:
-                code = CompileResult._rebuild(target_context, *pickle.loads(content))
-            finally:
-                if alone:
-                    del sys.modules[self._module]
+            code = CompileResult._rebuild(target_context, *pickle.loads(content))
         except OSError as failure:
             _note(failure)
             return None

@@ -105,11 +105,12 @@ def _unique(recorded: Recorded) -> FunctionType:
 
     LLVM symbols are made of that name and a counter that begins anew in every process. Two cached
     functions of one name from two processes may have the same symbol, and a third process that
-    loads both would run one of them for the other.
+    loads both would run one of them for the other. The module is this one, because numba imports it
+    with the code: a user's may be anything that has its name there.
     """
     f = recorded.function
     copy = FunctionType(f.__code__, f.__globals__, plain(f.__name__), f.__defaults__, f.__closure__)
-    copy.__module__, copy.__doc__, copy.__kwdefaults__ = f.__module__, f.__doc__, f.__kwdefaults__
+    copy.__module__, copy.__doc__, copy.__kwdefaults__ = __name__, f.__doc__, f.__kwdefaults__
     copy.__qualname__ = f"{plain(f.__qualname__)}_{recorded.fingerprint}"
     return copy
 

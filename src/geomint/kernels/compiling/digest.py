@@ -98,9 +98,8 @@ def _name(value) -> bytes:
 def source_stamp() -> str:
     """Return a hash of geomint's sources, of Python, numpy and the compiler."""
     stamp = hashlib.sha256(kernel_stamp().encode())
-    for path in sorted(Path(__file__).parents[2].rglob("*.py")):
-        if path.is_file():
-            stamp.update(path.read_bytes())
+    for path in sorted(filter(Path.is_file, Path(__file__).parents[2].rglob("*.py"))):
+        stamp.update(path.read_bytes())
     return stamp.hexdigest()
 
 
