@@ -183,3 +183,24 @@ def test_edited_sources_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
         assert cache.take_note() == ""
     finally:
         cache.sources_edited.cache_clear()
+
+
+def test_code_after_an_edit_is_not_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Looked at when it is written: what was imported since may be another text."""
+    from geomint.kernels.compiling import cache
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    def before(params, t, y, out, work):
+        out[0] = 3.0 * y[0]
+
+    def after(params, t, y, out, work):
+        out[0] = 4.0 * y[0]
+
+    gi.pointwise(gi.field(before), [], [[1.0]], rows=1)
+    times = {path: (0, *rest) for path, (_, *rest) in cache.STARTED.items()}
+    monkeypatch.setattr(cache, "sources", lambda: times)
+    monkeypatch.setattr(cache, "_notes", {})
+    with pytest.warns(gi.GeomintWarning, match="changed after this process began"):
+        gi.pointwise(gi.field(after), [], [[1.0]], rows=1)
+    assert {path.name.partition("-")[0] for path in tmp_path.rglob("*.nbc")} == {"before"}

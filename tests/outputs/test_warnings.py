@@ -118,6 +118,13 @@ def test_shown_once_at_the_line_of_the_user(kind: type[gi.GeomintWarning]) -> No
     assert told == pickle.loads(pickle.dumps(told)) == gi.GeomintWarning.read(told.as_json())
 
 
+def test_a_text_steers_no_terminal_and_can_be_written() -> None:
+    """Such as the name of a folder that is no UTF-8."""
+    told = gi.GeomintWarning("kept in /a\udcff\x1b[31m")
+    assert str(told) == r"kept in /a\udcff\x1b[31m"
+    str(told).encode()
+
+
 @pytest.mark.parametrize("kind", RUNS)
 def test_kept_whether_or_not_it_is_shown(kind: type[gi.GeomintWarning], tmp_path: Path) -> None:
     with warnings.catch_warnings():
