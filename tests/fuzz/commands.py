@@ -25,7 +25,7 @@ from scenes import mutated_text, originals, short, toml_text
 __all__ = ["line_verdict"]
 
 WRITING = ("run", "drift", "compare", "scan", "section", "chaos", "exact")
-COMMANDS = (*WRITING, "run", "run", "check", "check", "warm", "scenes", "methods", "inertia")
+COMMANDS = (*WRITING, *("run", "check") * 6, "warm", "scenes", "methods", "inertia")
 OPTIONS = {
     "--method": ("gauss-2", "rk-4", "auto", "verlet-2"),
     "--methods": ("gauss-2,rk-4:0.1", "rk-4"),
