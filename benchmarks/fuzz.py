@@ -71,8 +71,8 @@ def cases(kind: str, seed: int, count: int) -> list[list[Case]]:
 def outcomes(kind: str, seed: int, count: int, workers: int) -> Iterator[tuple[Case, Judged]]:
     """Yield the verdict on each case of a kind."""
     os.environ["NUMBA_DISABLE_JIT"] = "1" if kind == "runs" else "0"
-    groups = cases(kind, seed, count)
-    for outcome in guarded(verdict, groups, seconds=CAP, workers=workers, memory=MEMORY):
+    groups, cap = cases(kind, seed, count), CAP * (3.0 if kind == "commands" else 1.0)
+    for outcome in guarded(verdict, groups, seconds=cap, workers=workers, memory=MEMORY):
         if outcome.ending == "done":
             yield outcome.item, outcome.value
         else:

@@ -89,9 +89,12 @@ class PrivateFolder(NamedTuple):
         with ExitStack() as ends:
             while left:
                 name = left.pop()
-                with suppress(FileExistsError):
-                    os.mkdir(name, 0o700, dir_fd=here)
-                found = os.lstat(name, dir_fd=here)
+                try:
+                    found = os.lstat(name, dir_fd=here)
+                except FileNotFoundError:
+                    with suppress(FileExistsError):  # another process has made it
+                        os.mkdir(name, 0o700, dir_fd=here)
+                    found = os.lstat(name, dir_fd=here)
                 if stat.S_ISLNK(found.st_mode) and links:
                     if found.st_uid not in (0, _user()):
                         raise PermissionError(f"{place / name}, a link, belongs to another user")
