@@ -361,6 +361,9 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "tokens": Floor(451_292, lambda: weight("src", "tokens")),
         "kept": Floor(0, kept_runs),
     },
+    "door": {
+        "words": Floor(900, lambda: Found(len((ROOT / "README.md").read_text("utf-8").split()))),
+    },
     "calls": {
         "solve": Floor(0.2, lambda: call("solve")),
         "observe": Floor(0.1, lambda: call("observe")),
