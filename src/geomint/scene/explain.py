@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from ..errors import nearest, quoted, shortened
 from .model import Content
@@ -26,8 +27,7 @@ def explained(
         key = key_of((*prefix, *location))
         value = _at(raw, location)
         if entry["type"] == "extra_forbidden":
-            section = _model_at(model, location[:-1])
-            fields = [] if section is None else section.model_fields
+            fields = _fields_at(model, location[:-1])
             line = f"{key} = {shown(value)}: no such key.{nearest(str(location[-1]), fields)}"
         elif entry["type"] == "missing":
             line = f"{key} is missing: expected {_described(model, location)}"
@@ -41,7 +41,7 @@ def explained(
         yield line
 
 
-_SECTIONS = {name for name in Content.model_fields if name not in ("title", "description")}
+_SECTIONS = Content.model_fields.keys() - {"title", "description"}
 _EXPECTED = {
     "float_type": "a number",
     "float_parsing": "a number",
@@ -121,20 +121,20 @@ def _bare(key: Any) -> str:
     return shortened(text, LONGEST) if plain else shortened(repr(text), LONGEST)
 
 
-def _model_at(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel] | None:
-    """Return the model of the section at a location, None if that has none."""
+def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> dict[str, FieldInfo]:
+    """Return the keys that the section at a location may have; none if there is no section."""
+    fields = model.model_fields
     for part in location:
-        found = model.model_fields.get(str(part))
+        found = fields.get(str(part))
         inner = None if found is None else found.annotation
         if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
-            return None
-        model = inner
-    return model
+            return {}
+        fields = inner.model_fields
+    return fields
 
 
 def _described(model: type[BaseModel], location: tuple[Any, ...]) -> str:
-    section = _model_at(model, location[:-1])
-    found = None if section is None else section.model_fields.get(str(location[-1]))
+    found = _fields_at(model, location[:-1]).get(str(location[-1]))
     if found is None:
         return "a value"
     if found.description:

@@ -28,10 +28,19 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class SystemSection(Section):
-    """``[system]``: a registered system and its parameters."""
+class OpenSection(Section):
+    """What sections share that have keys of their own beside others, which belong to what they name."""
 
     model_config = ConfigDict(extra="allow")
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The others: options of a method, such as `max_iterations`, or tables of quantities'."""
+        return dict(self.__pydantic_extra__ or {})
+
+
+class SystemSection(OpenSection):
+    """``[system]``: a registered system and its parameters."""
 
     name: Name = Field(description="the name of a registered system")
 
@@ -73,7 +82,7 @@ class TimeSection(OtherEnd):
     clock: Name | None = Field(default=None, description='"speed", or the name of a quantity > 0')
 
 
-class IntegrateSection(Section):
+class IntegrateSection(OpenSection):
     """``[integrate]``: the method, its step in the problem's own time, and the method's options.
 
     In place of the step, `tolerance` is the error that is wanted of the state at the end, relative to
@@ -81,8 +90,6 @@ class IntegrateSection(Section):
     representation of the system, by its name or as ``"own"``. With `exact` states may come from the
     exact flow, in place of the method's steps.
     """
-
-    model_config = ConfigDict(extra="allow")
 
     method: Name = Field(default="gauss-8", description="the name of a method")
     step: Positive | None = Field(default=None, description="a step > 0")
@@ -100,27 +107,15 @@ class IntegrateSection(Section):
             raise ValueError(f"method {AUTO!r} needs a tolerance, by which it is chosen")
         return self
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """Options of the method, such as `max_iterations`."""
-        return dict(self.__pydantic_extra__ or {})
 
-
-class ObserveSection(Section):
+class ObserveSection(OpenSection):
     """``[observe]``: which quantities are watched (names or groups), every how many steps.
 
     A table in it has the options of the quantity of its name: ``[observe.measure] steps = 20000``.
     """
 
-    model_config = ConfigDict(extra="allow")
-
     quantities: list[Name] = Field(default=["invariants", "constraints"])
     every: Count = 1
-
-    @property
-    def options(self) -> dict[str, dict[str, Any]]:
-        """Options of quantities, by their names."""
-        return dict(self.__pydantic_extra__ or {})
 
 
 class SaveSection(Section):

@@ -122,8 +122,12 @@ class Scene(Compared):
         """
         former = None if {"system", "initial"} & sections.keys() else self._checked
         given = plain(sections)
-        tables = {section: keys for section, keys in given.items() if isinstance(keys, dict)}
-        changed = {f"[{section}] {key}" for section, keys in tables.items() for key in keys}
+        changed = {
+            f"[{section}] {key}"
+            for section, keys in given.items()
+            if isinstance(keys, dict)
+            for key in keys
+        }
         raw, places = merged(self._checked.raw, given), self._places_but(changed)
         return self.from_content(name or self.name, raw, former=former, places=places)
 
