@@ -99,9 +99,13 @@ def endpoint_of(
     known = solution.known * _magnified(problem, solution.y)
     quantities = problem.physical_state(solution.y)
     endpoint = Endpoint(own, end, float(solution.physical_end or 0.0), quantities, known)
-    numbers = {**solution.as_json(), "representation": name, "physical_end": endpoint.physical_end}
-    numbers["known"] = known
-    numbers["quantities"] = {key: v.tolist() for key, v in endpoint.expected.items()}
+    numbers = {
+        **solution.as_json(),
+        "representation": name,
+        "physical_end": endpoint.physical_end,
+        "known": known,
+        "quantities": {key: v.tolist() for key, v in quantities.items()},
+    }
     return endpoint, numbers
 
 

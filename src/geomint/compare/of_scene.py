@@ -15,11 +15,10 @@ from ..plan.duration import steps_of
 from ..plan.fitting import representation_for
 from ..plan.tolerance import wanted_step
 from ..problems.evaluate import value
-from ..problems.problem import Problem
 from ..run.progress import HOUR
 from ..run.solve import solve
 from ..scene.scene import Scene
-from .endpoint import MOST_EXTENDED_STEPS, Source
+from .endpoint import MOST_EXTENDED_STEPS, Endpoint, Source
 from .ladder import STEP_FACTORS, ladder
 from .point import timed_runs
 from .runs import Comparison, compare
@@ -141,14 +140,12 @@ def warm_method(scene: Scene, method: str | Method) -> None:
     y0, own_end = scene.model.states[name], next(iter(end.values()))
     base = first_steps(scene).get(chosen.name)
     variant, step = ladder(chosen, problem, y0, None, base, own_end)[0]
-    own = next(iter(scene.model.problems.values()))
-    physical = {"t_end": end.get("t_end") or _physical_end(own, scene, own_end)}
-    same = problem is own and "tau_end" in end
-    watched = [*problem.invariants, *problem.constraints]
-    timed = {**end, "clock": False} if same else physical
+    t_end = end.get("t_end") or _physical_end(scene, own_end)
+    timed = Endpoint(scene.problem, end, t_end, {}).end_for(problem)
+    watched = {"t_end": t_end, "observe": [*problem.invariants, *problem.constraints]}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for options in (timed, {**physical, "observe": watched}):
+        for options in (timed, watched):
             with suppress(GeomintError):  # compiled by then
                 run = partial(solve, problem, y0, method=variant, step=step, progress=False)
                 run(callback=_over(time.perf_counter() + LONGEST), **options)
@@ -159,8 +156,7 @@ def _over(end: float) -> Callable[[Any], bool]:
     return lambda told: time.perf_counter() > end
 
 
-def _physical_end(own: Problem, scene: Scene, own_end: float) -> float:
+def _physical_end(scene: Scene, own_end: float) -> float:
     """Return about where the comparison ends in physical time."""
-    if own.clock is None:
-        return own_end
-    return own_end * value(own, own.clock, scene.model.states[next(iter(scene.model.problems))])
+    own = scene.problem
+    return own_end if own.clock is None else own_end * value(own, own.clock, scene.state)
