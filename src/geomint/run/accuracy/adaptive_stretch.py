@@ -26,10 +26,7 @@ def at_tolerance(method: Adaptive, rtol: float) -> Adaptive:
 def adaptive_stretch(
     method: Adaptive, motion: Motion, rtol: float, length: float, clock: bool
 ) -> Stretch | None:
-    """Return how runs at a local tolerance and at a sixteenth of it part; None if one fails.
-
-    What is called the step of the stretch is the tolerance.
-    """
+    """Return how runs at a local tolerance and at a sixteenth of it part; None if one fails."""
     power = method.order / (method.base.estimate_order or method.order)
     rows = motion.problem.rows + clock
     coarse = _begun(at_tolerance(method, rtol), motion, clock)
@@ -42,8 +39,7 @@ def adaptive_stretch(
             there[i] = fine.stepper.state[:rows]
     except StepError:
         return None
-    factor, work = 1.0 - FINER**-power, coarse.iterations
-    return compared(motion, times, (states, there), factor, rtol, 1, work)
+    return compared(motion, times, (states, there), 1.0 - FINER**-power, coarse.iterations)
 
 
 def _begun(method: Adaptive, motion: Motion, clock: bool) -> Integrator:

@@ -76,12 +76,12 @@ class Wanted:
         """What steps shall make of the error: not less than roundings do."""
         return AIM * max(self.tolerance, rounding_floor(self.turns, 1.0))
 
-    def start(self, step: float) -> Start:
-        """Return the start of a run with a step."""
-        motion = self.motion
+    def stepper(self, method: Method, step: float) -> Stepper:
+        """Return what takes the steps of trials, kept with the problem: each trial begins it anew."""
+        motion, problem = self.motion, self.motion.problem
         h = math.copysign(step, motion.span)
-        return Start(
-            motion.problem,
+        start = Start(
+            problem,
             motion.y0,
             motion.begin,
             h,
@@ -89,10 +89,6 @@ class Wanted:
             motion.compiled,
             functions=self.functions,
         )
-
-    def stepper(self, method: Method, step: float) -> Stepper:
-        """Return what takes the steps of trials, kept with the problem: each trial begins it anew."""
-        problem, start = self.motion.problem, self.start(step)
 
         def made() -> Stepper:
             integrator = Integrator.of(method, start)

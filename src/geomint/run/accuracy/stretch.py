@@ -63,40 +63,29 @@ class Stretch:
 
     Attributes
     ----------
-    step : float
-        Of the coarser run, > 0.
     times : array
         Own times since the beginning, > 0, of the states that are compared.
     errors : array
         Of the coarser run there: the largest number, relative to the largest of its piece.
-    each : int
-        Steps of an interval, divided by 2.
     work : float
         Iterations a unit of time.
-    rate : float
-        dt/dτ in the mean, 1 without a clock.
     states : array, shape (m, rows)
         Those of the finer run, with the clock where there is one.
+    rate : float
+        dt/dτ in the mean, 1 without a clock.
     """
 
-    step: float
     times: Array
     errors: Array
-    each: int
     work: float
-    rate: float
     states: Array
+    rate: float = 1.0
 
 
 def stretch(
-    stepper: Stepper,
-    motion: Motion,
-    order: int,
-    step: float,
-    length: float,
-    most: float = LARGEST,
+    stepper: Stepper, motion: Motion, order: int, step: float, length: float
 ) -> Stretch | None:
-    """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
+    """Return how runs with a step over a length part; None where one fails, or they part by much."""
     pairs = max(1, round(min(LONGEST, length / (COARSE * step))))
     if pairs * COARSE * step >= abs(motion.span) * (1.0 - ROUNDINGS):  # a trial ends before the run
         pairs, step = (pairs - 1, step) if pairs > 1 else (1, step * (1.0 - 2.0 * ROUNDINGS))
@@ -124,7 +113,7 @@ def stretch(
         if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
             return None
     times, fine = COARSE * each * step * np.arange(1.0, count + 1.0), out.reshape(2, count, rows)[1]
-    return _shown(Stretch(step, times, errors, each, work, 1.0, fine), motion, most)
+    return _shown(Stretch(times, errors, work, fine), motion)
 
 
 def _trial(stepper: Stepper, motion: Motion) -> Call:
@@ -140,9 +129,9 @@ def _ends(motion: Motion) -> Block:
     return Block(np.cumsum([float(rows) for _, rows in motion.problem.pieces]))
 
 
-def _shown(found: Stretch, motion: Motion, most: float) -> Stretch | None:
-    """Return what is found, a unit of time; None if it is not finite, or runs part by `most`."""
-    if not (found.errors[-1] < most and found.errors.max() < math.inf):
+def _shown(found: Stretch, motion: Motion) -> Stretch | None:
+    """Return what is found, a unit of time; None if it is not finite, or runs part by `LARGEST`."""
+    if not (found.errors[-1] < LARGEST and found.errors.max() < math.inf):
         return None
     end, rows, fine = float(found.times[-1]), len(motion.y0), found.states
     found.work /= end
@@ -151,19 +140,10 @@ def _shown(found: Stretch, motion: Motion, most: float) -> Stretch | None:
     return found
 
 
-def compared(
-    motion: Motion,
-    times: Array,
-    runs: Any,
-    factor: float,
-    step: float,
-    each: int,
-    work: float,
-    most: float = LARGEST,
-) -> Stretch | None:
+def compared(motion: Motion, times: Array, runs: Any, factor: float, work: float) -> Stretch | None:
     """Return what two runs show whose difference is `factor` times the first one's error.
 
-    None where one of them is not finite, or they part by `most`.
+    None where one of them is not finite, or they part by `LARGEST`.
     """
     coarse, fine = runs
     sizes, errors = np.empty(len(motion.y0)), np.empty(len(times))
@@ -172,7 +152,7 @@ def compared(
     call.set(**{name: Block(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()})
     call.set(sizes=Block(sizes), errors=Block(errors))
     call(rows=coarse.shape[1], count=len(times), factor=factor)
-    return _shown(Stretch(step, times, errors, each, work, 1.0, fine), motion, most)
+    return _shown(Stretch(times, errors, work, fine), motion)
 
 
 def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> float:
