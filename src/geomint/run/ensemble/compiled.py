@@ -45,7 +45,7 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
     if lines[0].physical_end is not None:
         return None
     wanted = wants_clock(first, lines[0], None, shared["clock"])
-    clock = first.clock is not None and first.time == "tau" if wanted is None else wanted
+    clock = first.clock is not None if wanted is None else wanted
     if shared["save_every"]:  # by as many states as the ensemble has, before anything is computed
         most = max(line.steps or 0 for line in lines) // shared["save_every"]
         all_kept = asked.keep_states and not asked.streamed
@@ -91,9 +91,7 @@ def _same_code(one: Problem, other: Problem) -> bool:
 
 def _timelines(asked: Asked, given: Members) -> list[Timeline]:
     """Return the timeline of each member, or one for all."""
-    shared = asked.shared
-    count = 1 if shared["step"] is not None else len(given)
-    ends = {name: shared[name] for name in ("t_end", "tau_end", "step", "t0")}
+    count, ends = 1 if asked.shared["step"] is not None else len(given), asked.ends
     return [
         plan_timeline(given.problem(k), asked.method, given.states[k], **ends, compiled=True)
         for k in range(count)
@@ -120,10 +118,6 @@ def _prepared(
     return integrator
 
 
-def _last_begin(stepper: Stepper, line: Timeline) -> float:
-    return stepper.last_begin(line.start, line.h, line.steps or 0, line.own_end)
-
-
 class _Sweep:
     """All arguments of the loop over members, in the order of their steps."""
 
@@ -137,11 +131,12 @@ class _Sweep:
     ) -> None:
         count, rows = len(given), stepper.rows
         self._rows, self._save_every = rows, save_every
-        self._lines = lines if len(lines) == count else lines * count
-        steps = np.array([line.steps or 0 for line in self._lines])
+        lines = lines if len(lines) == count else lines * count
+        steps = np.array([line.steps or 0 for line in lines])
         self._order = np.argsort(-steps, kind="stable")
         steps = steps[self._order]
-        ordered = [self._lines[k] for k in self._order]
+        ordered = [lines[k] for k in self._order]
+        lasts = [stepper.last_begin(x.start, x.h, x.steps or 0, x.own_end) for x in ordered]
         states = np.zeros((count, rows))
         states[:, : given.states.shape[1]] = given.states[self._order]
         if clock_begins is not None:
@@ -159,7 +154,7 @@ class _Sweep:
             moved = np.array([given.problems[k].params for k in self._order], dtype=np.float64)
         self._blocks = {
             "starts": np.array([line.start for line in ordered]),
-            "lasts": np.array([_last_begin(stepper, line) for line in ordered]),
+            "lasts": np.array(lasts),
             "lengths": np.array([line.h for line in ordered]),
             "counts": steps.astype(np.float64),
             "rests": rests,

@@ -95,6 +95,16 @@ class Asked:
         fixed = not (self.method.adaptive or isinstance(self.method, Exact))
         return fixed and not self.wanted
 
+    @property
+    def ends(self) -> dict[str, Any]:
+        """Where members begin and end, and their step."""
+        return {name: self.shared[name] for name in ("t_end", "tau_end", "step", "t0")}
+
+    @property
+    def times(self) -> Any:
+        """The times at which states are wanted, of either kind; None where they are not."""
+        return self.wanted.get("t_eval", self.wanted.get("tau_eval"))
+
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `geomint.solve`; what remembers runs is a copy."""
         given = {**self.shared, **{name: _copied(value) for name, value in self.wanted.items()}}

@@ -154,10 +154,10 @@ def _end(asked: Asked) -> tuple[str, float | None]:
 
 def _times(asked: Asked) -> tuple[str, Any]:
     """Return the time of states that were asked for at times, and these; or the time of the end."""
-    for time, name in (("t", "t_eval"), ("tau", "tau_eval")):
-        if asked.wanted.get(name) is not None:
-            return time, np.atleast_1d(np.asarray(asked.wanted[name], dtype=np.float64))
-    return _end(asked)[0], None
+    if asked.times is None:
+        return _end(asked)[0], None
+    time = "t" if "t_eval" in asked.wanted else "tau"
+    return time, np.atleast_1d(np.asarray(asked.times, dtype=np.float64))
 
 
 def _at_their_ends(many: Ensemble) -> Booleans:

@@ -65,8 +65,11 @@ class Outcome:
     @property
     def final(self) -> Array:
         """The last state of every member; NaN of those that have none."""
-        last = np.maximum(self.counts - 1, 0)
-        return self.y[np.arange(len(self.tau)), last]
+        return self.last_of(self.y)
+
+    def last_of(self, values: Array) -> Array:
+        """Return what every member has where its last state is, of values at all samples."""
+        return values[np.arange(len(self.tau)), np.maximum(self.counts - 1, 0)]
 
     def met(self) -> dict[str, list[Any]]:
         """Return of each event what there is of it, member by member."""
@@ -120,12 +123,10 @@ class Outcome:
 
     def keep_last(self) -> None:
         """Forget all states but the last of each member."""
-        members = np.arange(len(self.tau))
-        last = np.maximum(self.counts - 1, 0)
         for name in ("tau", "physical", "y", "error_estimate"):
             values = getattr(self, name)
             if values is not None:
-                setattr(self, name, values[members, last][:, None])
+                setattr(self, name, self.last_of(values)[:, None])
         self.counts = np.minimum(self.counts, 1)
 
     def take(self, which: Integers, other: Outcome) -> None:
@@ -187,13 +188,13 @@ def check_room(members: int, samples: int, rows: int) -> None:
         raise DomainError("saved states", samples, expected)
 
 
-def empty_outcome(members: int, samples: int, rows: int) -> Outcome:
-    """Return what is known of members that have not been run."""
+def empty_outcome(members: int, rows: int) -> Outcome:
+    """Return what is known of members that have not been run, with room for a state of each."""
     whole = np.zeros(members, dtype=np.int64)
     return Outcome(
-        tau=np.full((members, samples), np.nan),
-        physical=np.full((members, samples), np.nan),
-        y=np.full((members, samples, rows), np.nan),
+        tau=np.full((members, 1), np.nan),
+        physical=np.full((members, 1), np.nan),
+        y=np.full((members, 1, rows), np.nan),
         counts=whole,
         steps=whole.copy(),
         status=np.full(members, NOT_RUN, dtype=object),

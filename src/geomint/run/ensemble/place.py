@@ -48,7 +48,7 @@ class Memory:
         self._asked, self._given, self._workers = asked, given, workers
         self._merged = {name for name, reading in asked.readings.items() if reading.merges}
         self.size = 1
-        self.found = empty_outcome(len(given), 1, given.states.shape[1])
+        self.found = empty_outcome(len(given), given.states.shape[1])
 
     @property
     def left(self) -> Integers:

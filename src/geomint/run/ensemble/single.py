@@ -3,6 +3,8 @@
 import math
 from collections.abc import Iterable
 
+import numpy as np
+
 from ...arguments import Array
 from ...errors import Gathered, GeomintError, StepError
 from ...methods import Exact
@@ -10,7 +12,7 @@ from ..callback import Ending
 from ..solution import Solution
 from ..solve import solve
 from .given import Asked, Members
-from .outcome import Outcome, empty_outcome
+from .outcome import Outcome
 
 
 def run_single(
@@ -66,7 +68,7 @@ def _write(found: Outcome, k: int, solution: Solution) -> None:
         found.physical[k, here] = solution.physical
     if solution.error_estimate is not None:
         if found.error_estimate is None:
-            found.error_estimate = empty_outcome(len(found.tau), found.samples, found.y.shape[2]).y
+            found.error_estimate = np.full_like(found.y, np.nan)
         found.error_estimate[k, here] = solution.error_estimate
     found.counts[k], found.steps[k], found.status[k] = count, solution.steps, solution.status
     if solution.warnings:

@@ -175,7 +175,7 @@ def solve_ensemble(
         for problem in alike.values():
             reading.check(problem, asked)
     count = len(given)
-    many = Ensemble(given, asked, empty_outcome(1, 1, given.states.shape[1]))
+    many = Ensemble(given, asked, empty_outcome(1, given.states.shape[1]))
     with (
         place_for(out, given, asked, count_of_workers) as place,
         Progress(progress, count, f"{count} members") as bar,
@@ -231,8 +231,7 @@ def _tell_few(many: Ensemble) -> None:
     needed = {name: r.fewest for name, r in asked.readings.items() if r.fewest > 1}
     if not needed:
         return
-    times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
-    every = asked.shared["save_every"]
+    every, times = asked.shared["save_every"], asked.times
     states = many.steps // every + 1 if times is None else np.full(len(many), np.size(times))
     states = states[~np.isin(many.status, ENDED_EARLY)]
     few = {name: int((states < fewest).sum()) for name, fewest in needed.items()}

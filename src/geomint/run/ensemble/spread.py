@@ -52,7 +52,7 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
         try:
             if asked.steps_alone and run_compiled(asked, alike, np.ones(1)) is not None:
                 return None
-            found = empty_outcome(1, 1, given.states.shape[1])
+            found = empty_outcome(1, given.states.shape[1])
             run_single(asked, one, [0], np.zeros(1), found, strict=True)
             if found.status[0] == "interrupted":
                 raise KeyboardInterrupt
@@ -68,7 +68,7 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
 def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcome:
     """Return what has become of some members: in another thread or process as here."""
     stop = np.zeros(1) if stop is None else stop
-    found = empty_outcome(len(given), 1, given.states.shape[1])
+    found = empty_outcome(len(given), given.states.shape[1])
     here = np.flatnonzero(given.admitted)
     if asked.steps_alone and len(here):
         with contextlib.suppress(GeomintError):  # of the first member, which its own run will tell
@@ -125,14 +125,12 @@ def block_size(asked: Asked, given: Members, workers: int) -> int:
 
 def expected_samples(asked: Asked, given: Members) -> int:
     """Return about how many states of a member there will be, until its readings are made."""
-    times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
-    if times is not None:
-        return max(int(np.size(times)), 1)
+    if asked.times is not None:
+        return max(int(np.size(asked.times)), 1)
     if not asked.shared["save_every"]:
         return 1
-    ends = {name: asked.shared[name] for name in ("t_end", "tau_end", "step", "t0")}
     k = int(given.admitted.argmax())
-    line = plan_timeline(given.problem(k), asked.method, given.states[k], **ends)
+    line = plan_timeline(given.problem(k), asked.method, given.states[k], **asked.ends)
     return int(line.expected / asked.shared["save_every"]) + 2
 
 

@@ -16,7 +16,6 @@ from ..given import Asked
 from .reading import Ran, Reading
 
 VERDICTS = {"regular": 0.0, "undecided": 0.5, "chaotic": 1.0}  # as numbers, for readings
-_ENDS = ("t_end", "tau_end", "step", "t0")
 
 
 @dataclass(frozen=True)
@@ -57,13 +56,12 @@ class Exponents(Reading):
         if runs is not None:
             return runs
         runs = ran.shared[Exponents, self.count] = {}
-        ends = {name: ran.asked.shared[name] for name in _ENDS}
-        given = {**ends, "method": ran.asked.method, "count": self.count, "progress": False}
+        given = {**ran.asked.ends, "method": ran.asked.method, "count": self.count}
         for k in ran.ended:
             if ran.stop[0]:
                 break
             try:
-                found = lyapunov(ran.problem(k), ran.given.states[k], **given)
+                found = lyapunov(ran.problem(k), ran.given.states[k], progress=False, **given)
             except StepError as error:  # of the directions alone: the run itself has ended well
                 ran.found.errors.setdefault(int(k), error)
                 continue

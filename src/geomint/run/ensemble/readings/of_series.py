@@ -41,8 +41,7 @@ class Final(OfQuantity):
     along = False
 
     def read(self, ran: Ran) -> Array:
-        last = np.maximum(ran.found.counts - 1, 0)
-        return ran.series(self.of)[np.arange(len(ran)), last]
+        return ran.found.last_of(ran.series(self.of))
 
 
 class Drift(OfQuantity):
@@ -88,8 +87,7 @@ class OfEvenSamples(OfQuantity):
 
     def check(self, problem: Problem, asked: Asked) -> None:
         super().check(problem, asked)
-        times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
-        if asked.method.adaptive and times is None:
+        if asked.method.adaptive and asked.times is None:
             expected = "states at equal steps, which need t_eval or tau_eval"
             raise DomainError("readings", self.name, f"with {asked.method.name}: {expected}")
 

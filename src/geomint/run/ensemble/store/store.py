@@ -68,7 +68,7 @@ class Store:
     def found(self) -> Any:
         """What there is, to be read when it is asked for."""
         if self._arrays is None:
-            return empty_outcome(len(self._given), 1, self._given.states.shape[1])
+            return empty_outcome(len(self._given), self._given.states.shape[1])
         return StoredOutcome(self._arrays)
 
     def begin(self) -> None:
