@@ -159,6 +159,13 @@ def flat(name: str, value: Any) -> Array:
     return numbers
 
 
+def piece_rows(slices: Mapping[str, slice], piece: Any) -> slice:
+    """Return the rows of a piece of the state by its name, or raise `DomainError`."""
+    if not (isinstance(piece, str) and piece in slices):
+        raise DomainError("piece", piece, f"one of {list(slices)}")
+    return slices[piece]
+
+
 def check_name(what: str, name: Any) -> None:
     """Raise `DomainError` unless a name can be a key of files: what is observed is saved by it."""
     good = isinstance(name, str) and 0 < len(name) <= LONGEST_NAME and name.isprintable()

@@ -10,7 +10,6 @@ from . import options
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.text import Text
 
     from ..plan import Plan
     from ..scene import Scene
@@ -81,12 +80,7 @@ def _print_plan(console: Console, scene: Scene, plan: Plan | str) -> None:
     why = "by a trial of the first steps" if time.measured else "by the sizes, a generous bound"
     rows.append(("time", Text(str(time)), Text(why)))
     if console.width < WIDE:  # reasons go below choices
-        console.print(fitted(console, ["what", "choice and why"], _stacked(rows)))
+        stacked = [(what, Text("\n").join((choice, why))) for what, choice, why in rows]
+        console.print(fitted(console, ["what", "choice and why"], stacked))
     else:
         console.print(fitted(console, ["what", "choice", "why"], rows))
-
-
-def _stacked(rows: list[tuple[str, Text, Text]]) -> list[tuple[str, Text]]:
-    from rich.text import Text
-
-    return [(what, Text("\n").join((choice, why))) for what, choice, why in rows]

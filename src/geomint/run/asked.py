@@ -9,6 +9,8 @@ from .restart import Restart
 from .solution import Solution
 from .timeline import Timeline, evaluation_times
 
+OPTIONAL = ("clock", "progress", "keep_states")  # switches that are chosen where nobody has said
+
 
 def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:
     """Return where a solution goes on, or raise `DomainError` for what it has already."""
@@ -22,13 +24,12 @@ def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:
     return solution.restart
 
 
-def check_switches(compiled: Any, dense: Any, estimate_error: Any, **optional: Any) -> None:
-    """Raise `DomainError` for what says neither yes nor no."""
-    switch("compiled", compiled)
-    switch("dense", dense)
-    switch("estimate_error", estimate_error)
-    for name, value in optional.items():
-        if value is not None:
+def check_switches(**given: Any) -> None:
+    """Raise `DomainError` for what says neither yes nor no; None is for what is `OPTIONAL` alone."""
+    for name, value in given.items():
+        if name not in OPTIONAL:
+            switch(name, value)
+        elif value is not None:
             switch(name, value, "True, False or None")
 
 
@@ -66,11 +67,8 @@ def wanted_times(
 
 def check_counts(watched: Any, save_every: Any, observe_every: Any) -> None:
     """Raise `DomainError` for numbers of steps that are none, or that nothing would follow."""
-    for name, count, optional in (
-        ("save_every", save_every, True),
-        ("observe_every", observe_every, False),
-    ):
-        if not (count is None and optional):
-            whole(name, count, 1)
+    if save_every is not None:
+        whole("save_every", save_every, 1)
+    whole("observe_every", observe_every, 1)
     if observe_every != 1 and not watched:
         raise DomainError("observe_every", observe_every, "1, or something to observe")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, as_vector, finite, positive, switch, whole
+from ..arguments import Array, as_vector, finite, piece_rows, positive, switch, whole
 from ..errors import DomainError, MethodError, StepError, StepWarning, tell
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
@@ -245,10 +245,7 @@ class Integrator:
 
     def __getitem__(self, piece: str) -> Array:
         """Return a piece of the state by its name, as a copy."""
-        slices = self.problem.slices
-        if not (isinstance(piece, str) and piece in slices):
-            raise DomainError("piece", piece, f"one of {list(slices)}")
-        return self.state[slices[piece]]
+        return self.state[piece_rows(self.problem.slices, piece)]
 
     @property
     def params(self) -> Array:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, switch, whole
+from ..arguments import Array, whole
 from ..errors import DomainError, StepError, keeping
 from ..methods import Method, find_solver
 from ..methods.carried import Carried, sizes_of_pieces
@@ -13,6 +13,7 @@ from ..methods.method import Start
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
+from .asked import check_switches
 from .calls import still
 from .carried_directions import columns
 from .exponents import BLOCKS, Lyapunov
@@ -93,8 +94,7 @@ def lyapunov(
     >>> found.exponents.shape  # T*S² has four dimensions
     (4,)
     """
-    if progress is not None:
-        switch("progress", progress, "True, False or None")
+    check_switches(progress=progress)
     known = started(problem, y0, t_end, tau_end, method, step, t0)
     method = find_solver(method, problem)
     tried = 0 if step is not None else WatchedSteps.enough(method, known[1].steps, PART)

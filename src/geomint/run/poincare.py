@@ -10,6 +10,7 @@ from ..errors import DomainError, StepError, keeping
 from ..methods import Exact, Method, find_solver
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
+from .asked import check_switches
 from .calls import still
 from .events import Event, choose_events
 from .exact.trail import ExactTrail
@@ -86,8 +87,7 @@ def poincare_section(
         raise DomainError("clock", clock, f"False: the time of {problem.name!r} is physical")
     if problem.time == "tau":
         options["clock"] = bool(clock)
-    if progress is not None:
-        switch("progress", progress, "True, False or None")
+    check_switches(progress=progress)
     parts: list[Met] = []
     motions: list[int] = []
     steps, span = 0, 0.0

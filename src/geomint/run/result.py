@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
-from ..arguments import Array
+from ..arguments import Array, piece_rows
 from ..errors import ByName, DomainError, GeomintWarning
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
@@ -115,7 +115,4 @@ class Result(Compared):
 
     def piece(self, name: str) -> Array:
         """Return the saved values of one piece of the state, one a row."""
-        slices = self.about.slices
-        if not (isinstance(name, str) and name in slices):
-            raise DomainError("piece", name, f"one of {list(slices)}")
-        return self.y[:, slices[name]]
+        return self.y[:, piece_rows(self.about.slices, name)]

@@ -278,7 +278,13 @@ def _solved(
     beyond the end; `halved` is the step of a run with them of whose steps each is halved. `most`:
     iterations, from which on it is a `StepLimitError`.
     """
-    check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
+    check_switches(
+        compiled=compiled,
+        dense=dense,
+        estimate_error=estimate_error,
+        clock=clock,
+        progress=progress,
+    )
     t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
         former, problem = problem, problem.problem
@@ -289,9 +295,13 @@ def _solved(
     exact = isinstance(chosen, Exact)
     if exact:
         chosen.check_fits(problem, False)
-        check_no_steps(step=step, save_every=save_every, callback=callback)
         check_no_steps(
-            estimate_error=estimate_error or None, breaks=breaks or None, longest=longest
+            step=step,
+            save_every=save_every,
+            callback=callback,
+            estimate_error=estimate_error or None,
+            breaks=breaks or None,
+            longest=longest,
         )
     if longest is not None and isinstance(chosen, Adaptive):
         chosen = replace(chosen, max_step=min(chosen.max_step, longest))

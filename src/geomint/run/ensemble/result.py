@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import Array, Integers, whole
+from ...arguments import Array, Integers, piece_rows, whole
 from ...errors import ByName, DomainError, GeomintError, GeomintWarning, MissingCodeError
 from ...problems.problem import Problem
 from ...problems.shown import Shown
@@ -156,10 +156,7 @@ class Ensemble(Shown):
 
     def piece(self, name: str) -> Array:
         """Return a piece of the saved states by its name, shape (N, m, numbers)."""
-        slices = self.problems[0].slices
-        if not (isinstance(name, str) and name in slices):
-            raise DomainError("piece", name, f"one of {list(slices)}")
-        return self.y[:, :, slices[name]]
+        return self.y[:, :, piece_rows(self.problems[0].slices, name)]
 
     @property
     def events(self) -> dict[str, list[Any]]:

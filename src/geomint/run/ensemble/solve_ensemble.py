@@ -137,8 +137,9 @@ def solve_ensemble(
     >>> many.final.shape, many.success
     ((100, 4), True)
     """
-    switches = {"clock": clock, "progress": progress, "keep_states": keep_states}
-    check_switches(True, False, estimate_error, **switches)
+    check_switches(
+        estimate_error=estimate_error, clock=clock, progress=progress, keep_states=keep_states
+    )
     pool = checked_executor(executor)
     count_of_workers = checked_workers(workers)
     if save_every is not None:
