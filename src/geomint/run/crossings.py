@@ -81,6 +81,7 @@ class Crossings:
         if before is not None and before.done and self.use_memories:
             self._past = filled_block(before.memory)
         self._late: dict[str, list[Array]] = {}
+        self._sign = np.sign(self._stepper.h)  # of the direction of the run
 
     def go_on(self) -> None:
         """Know that the run begins anew at a break: what was before it tells nothing of the rest."""
@@ -158,7 +159,7 @@ class Crossings:
         self._late.clear()
         if stop is not None:
             known = known.up_to(first + stop.node)
-            self._cut(np.sign(self._stepper.h) * stop.time)
+            self._cut(self._sign * stop.time)
         self._tail = known.before_last(NODES - 1, 1 - int(stop is None))
         return stop
 
@@ -190,8 +191,7 @@ class Crossings:
 
     def _earliest(self, stops: list[Stop]) -> Stop | None:
         """Return what comes first; an event before what goes wrong there."""
-        sign = np.sign(self._stepper.h)
-        return min(stops, key=lambda s: (sign * s.time, s.error is not None), default=None)
+        return min(stops, key=lambda s: (self._sign * s.time, s.error is not None), default=None)
 
     def _look_back(self, known: Nodes, first: int) -> None:
         """Learn what the signs of events were before the first node, where a run goes on."""
@@ -228,9 +228,9 @@ class Crossings:
     def _has_been_told(self, name: str, found: Array) -> Booleans:
         """Tell which events the run before has told; near its end those, to rounding, that it names."""
         assert self._after is not None
-        times, near = found[:, 0], SEEN * abs(self._stepper.h)
-        near = max(near, 4.0 * np.spacing(abs(self._after)))
-        ahead = np.sign(self._stepper.h) * (times - self._after)
+        times = found[:, 0]
+        near = max(SEEN * abs(self._stepper.h), 4.0 * np.spacing(abs(self._after)))
+        ahead = self._sign * (times - self._after)
         every = [x for of in self._told.values() for x in of]  # where it has another name now
         again = np.zeros(len(found), dtype=bool)
         for time, direction in self._told.get(name, every):
@@ -243,8 +243,7 @@ class Crossings:
         `end` is where the run has ended, `here` where the other one goes on from, in the problem's
         own time.
         """
-        sign, near = np.sign(self._stepper.h), SEEN * abs(self._stepper.h)
-        near = max(near, 4.0 * np.spacing(abs(end)))
+        near = max(SEEN * abs(self._stepper.h), 4.0 * np.spacing(abs(end)))
         told = {}
         for name, parts in self._found.items():
             before = np.array(self._told.get(name, [])).reshape(-1, 2)
@@ -252,7 +251,7 @@ class Crossings:
             told[name] = known[np.abs(known[:, 0] - end) <= near].tolist()
         restart = replace(restart, seen=end, told=told)
         tail = self._tail
-        if tail is None or not (known := sign * (tail.times - here) < -near).any():
+        if tail is None or not (known := self._sign * (tail.times - here) < -near).any():
             return restart
         return replace(restart, times=tail.times[known], states=tail.states[known])
 
@@ -275,23 +274,22 @@ class Crossings:
         left = self._events[name].last - self._count[name]
         if not 0 < left <= len(found):
             return None
-        row, sign = found[left - 1], np.sign(self._stepper.h)
+        row, sign = found[left - 1], self._sign
         node = int(np.searchsorted(sign * nodes.times, sign * row[0], side="right")) - 1
         return Stop(name, max(node, 0), float(row[0]), row[2:])
 
     def _cut(self, end: float) -> None:
         """Drop what lies beyond the end."""
-        sign = np.sign(self._stepper.h)
         for name, parts in self._found.items():
             known = self._joined(parts)
-            self._found[name] = [known[sign * known[:, 0] <= end]]
+            self._found[name] = [known[self._sign * known[:, 0] <= end]]
 
     def _joined(self, parts: list[Array]) -> Array:
         return np.concatenate([np.zeros((0, self._stepper.rows + 2)), *parts])
 
     def met(self, clock: bool, end: float) -> dict[str, Met]:
         """Return all events up to the end of the run, by name."""
-        self._cut(float(np.sign(self._stepper.h) * end))
+        self._cut(self._sign * end)
         n = self._problem.rows
         result = {}
         for name, parts in self._found.items():

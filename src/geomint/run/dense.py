@@ -86,7 +86,7 @@ class Output:
         known = self.states[:, -1] if by_clock else self.times
         met = met_by_rounding(times, float(known[0]), float(known[-1]))
         if met is None:
-            low, high = min(known[0], known[-1]), max(known[0], known[-1])
+            low, high = sorted((known[0], known[-1]))
             raise DomainError(name, given, f"times within the run, {low:.17g} … {high:.17g}")
         states = self._found(met, by_clock)
         return states.reshape(*wanted.shape, self.problem.rows)

@@ -242,7 +242,7 @@ def evaluation_times(
 
 def met_by_rounding(times: Array, begin: float, end: float) -> Array | None:
     """Return times within a run, an end of it for those that are some roundings outside; or None."""
-    low, high = min(begin, end), max(begin, end)
+    low, high = sorted((begin, end))
     inside = np.clip(times, low, high)
     near = np.abs(times - inside) <= np.where(times == inside, 0.0, rounding(inside))
     return inside if near.all() else None  # no NaN is near

@@ -64,8 +64,7 @@ class _Parts(NamedTuple):
 
     def of(self, which: Any) -> _Parts:
         """Return some of them."""
-        low, high, piece, values, first, one = (own[which] for own in self)
-        return _Parts(low, high, piece, values, first, one)
+        return _Parts._make(own[which] for own in self)
 
     @property
     def size(self) -> Array:
@@ -204,8 +203,7 @@ def _parts(low: Array, high: Array, piece: Integers, values: Array) -> _Parts:
 
 
 def _joined(parts: list[_Parts]) -> _Parts:
-    low, high, piece, values, first, one = map(np.concatenate, zip(*parts, strict=True))
-    return _Parts(low, high, piece, values, first, one)
+    return _Parts._make(map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _in_groups(parts: _Parts) -> list[_Parts]:
