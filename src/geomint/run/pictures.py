@@ -229,11 +229,11 @@ def curves_of(solution: Solution, stretch: Stretch, name: str) -> Curves:
             raise DomainError("names", name, expected)
         labels = [Named.of(about, f"{name}[{i}]").label for i in range(columns.shape[1])]
         labels, label = labels if len(labels) > 1 else [symbol(name)], symbol(name)
-        return Curves(label, labels, columns, solution.about.unit(name))
+        return Curves(label, labels, columns, about.unit(name))
     found = [Named.of(about, each) for each in _family(solution, name) or [name]]
     columns = np.stack([each.along(solution, stretch) for each in found], axis=1)
     label = found[0].label if len(found) == 1 else name
-    return Curves(label, [each.label for each in found], columns, solution.about.unit(name))
+    return Curves(label, [each.label for each in found], columns, about.unit(name))
 
 
 def _family(solution: Solution, name: str) -> list[str]:

@@ -22,7 +22,7 @@ from ..problems.problem import Problem
 from ..problems.spaces.euclidean import Euclidean
 from ..problems.spaces.sphere import Sphere
 from ..problems.spaces.tangent_bundle import TangentBundle
-from .events import Event, component
+from .events import Event
 
 __all__ = ["Boundary", "Plane", "boundary", "plane_of"]
 
@@ -106,9 +106,8 @@ class SpherePlane:
 
 def plane_of(problem: Problem, event: Event) -> Plane | None:
     """Return the plane of a section, or None where it is not known."""
-    row = component(problem, event.what) if isinstance(event.what, str) else None
-    sizes, space = [rows for _, rows in problem.pieces], problem.space
-    if row is None:
+    row, sizes, space = event.row(problem), [rows for _, rows in problem.pieces], problem.space
+    if row < 0:
         return None
     if sizes == [2, 2] and (space is None or isinstance(space, Euclidean)):
         return CanonicalPlane(problem, row, event.level)

@@ -63,10 +63,9 @@ def direction_of(problem: Problem, piece: str | None = None) -> Direction:
         (name, rows) = space.pieces[0]
         if isinstance(space, Orthonormal) and rows == 3:
             return Direction(name, slices[name])
-    for space in _parts(problem.space):
-        if isinstance(space, Rotations) and space.n == 3:
-            last = slices[space.name].stop
-            return Direction("gamma", slice(last - 3, last))
+    frame = _frame(problem)
+    if frame is not None:
+        return Direction("gamma", slice(frame.stop - 3, frame.stop))
     expected = (
         f"a state with a point of the sphere S² or a rotation of R³; {problem.name!r} has "
         f"{', '.join(f'{name} ({rows})' for name, rows in problem.pieces)}. The direction of any three "

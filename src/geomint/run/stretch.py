@@ -106,7 +106,7 @@ def _span(given: Any, first: float, last: float, time: Time) -> tuple[float, flo
         return first, last
     expected = f"two times within the run, {time} = {first:.9g} … {last:.9g}"
     pair = as_array("span", given, expected)
-    low, high = min(first, last), max(first, last)
+    low, high = sorted((first, last))
     if pair.shape != (2,) or not ((pair >= low) & (pair <= high)).all() or pair[0] == pair[1]:
         raise DomainError("span", given, expected)
     begin, end = sorted(pair.tolist(), reverse=last < first)
@@ -117,20 +117,21 @@ def _of_dense(solution: Solution, time: Time, span: Any) -> Stretch:
     kept = solution.kept
     assert kept is not None
     output = solution.sol
-    ends = output.states[[0, -1], -1] if time == "t" and output.clock else output.times[[0, -1]]
-    first, last = float(ends[0]), float(ends[1])
+    known = output.states[:, -1] if time == "t" and output.clock else output.times
+    first, last = float(known[0]), float(known[-1])
     if first == last:
         raise DomainError("span", span, "a run that has taken a step")
     begin, end = _span(span, first, last, time)
     if span is None and 5 <= len(output.times) <= FEW_STEPS:
-        by_steps = _of_steps(output, time)
+        by_steps = _of_steps(output, time, known)
         if by_steps is not None:
             return by_steps
     at = _dense(solution, time)
-    smallest = abs(solution.step_sizes.min) or abs(end - begin) / COARSE
+    length = abs(end - begin)
+    spacing = length / COARSE
+    smallest = abs(solution.step_sizes.min) or spacing
     if time == "t" and output.clock:
         smallest *= abs((last - first) / (output.times[-1] - output.times[0]))
-    length, spacing = abs(end - begin), abs(end - begin) / COARSE
     while True:
         count = int(np.ceil(length / spacing * (1.0 - 1e-9)))
         shown = min(count, MOST)
@@ -145,10 +146,9 @@ def _of_dense(solution: Solution, time: Time, span: Any) -> Stretch:
     return _samples(solution, time, times, note)
 
 
-def _of_steps(output: Output, time: Time) -> Stretch | None:
-    """Return the states after steps, if lines may join them and nothing more need be found."""
+def _of_steps(output: Output, time: Time, known: Array) -> Stretch | None:
+    """Return the states after steps, at `known` times, if lines may join them: nothing is searched."""
     rows = output.problem.rows
-    known = output.states[:, -1] if time == "t" and output.clock else output.times
     chosen = _thinned(known, output.states[:, :rows], np.arange(len(known)))
     if chosen is None or len(chosen) > MOST:
         return None
@@ -210,9 +210,8 @@ def _of_saved(solution: Solution, time: Time, span: Any) -> Stretch:
     more = "a run with states on the way: dense=True, save_every=… or t_eval=… in solve"
     if len(known) < 2 or known[0] == known[-1]:
         raise DomainError("states", len(known), more)
-    begin, end = _span(span, float(known[0]), float(known[-1]), time)
-    inside = (known >= min(begin, end)) & (known <= max(begin, end))
-    rows = np.flatnonzero(inside)
+    low, high = sorted(_span(span, float(known[0]), float(known[-1]), time))
+    rows = np.flatnonzero((known >= low) & (known <= high))
     if len(rows) < 2:
         raise DomainError("span", span, more)
     fewer = _thinned(known, solution.y, rows)
