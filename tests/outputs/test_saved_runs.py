@@ -308,6 +308,25 @@ def test_readers_unpickle_nothing(hostile, name, kept, trust):
     assert MARKS == []
 
 
+@pytest.mark.parametrize("trust", [False, True])
+def test_code_is_passed_on_with_trust_alone(hostile, trust):
+    """A file that you made of a stranger's has no code of the stranger's."""
+    path, run = hostile
+    again = path.with_name("again.nc")
+    gi.load(path, trust=trust).save(again)
+    code = pickle.dumps(Mark())
+    assert code in path.read_bytes()
+    assert (code in again.read_bytes()) is trust
+    found = gi.load(path, trust=trust)
+    ways = pickle.dumps(found), pickle.dumps(found.as_saved()), pickle.dumps(copy.deepcopy(found))
+    assert all((b"_marked" in sent) is trust for sent in ways)
+    assert gi.load(again) == run
+    mine = gi.load(again, trust=True)
+    with pytest.raises(gi.MissingCodeError, match="marked" if trust else "no name makes it"):
+        mine.problem
+    assert bool(MARKS) is trust
+
+
 def test_what_unpickles_is_trusted_and_says_so(hostile):
     """Problem, method, dense output and going on do, with trust alone."""
     path, run = hostile

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import warnings
 from collections.abc import Mapping
@@ -30,7 +31,7 @@ class Stored(Compared):
         As `geomint.kernels.compiling.sending.sent` makes them, a pickle; empty if there is no need of
         one, or another process cannot find the functions.
     trusted : bool
-        Whether `content` may be unpickled, which runs whatever it names.
+        Whether `content` may be unpickled, which runs whatever it names; copies have it only then.
     """
 
     kind = ""
@@ -38,6 +39,10 @@ class Stored(Compared):
     name: str
     content: bytes = b""
     trusted: bool = field(default=False, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy has, for a file or another process too: no code that is not trusted."""
+        return {**vars(self), "content": self.content if self.trusted else b""}
 
     def found(self, unpickle: bool) -> Any:
         """Return the value itself, or raise `MissingCodeError`.
@@ -79,7 +84,7 @@ class StoredMethod(Stored):
     def of(cls, method: Method | StoredMethod) -> StoredMethod:
         """Return what can be written of a method."""
         if isinstance(method, StoredMethod):
-            return method
+            return copy.copy(method)
         name, known = method.name, method.adaptive
         try:
             options = json.loads(json.dumps(method.options))
@@ -124,7 +129,7 @@ class StoredProblem(Stored):
     def of(cls, problem: Problem | StoredProblem) -> StoredProblem:
         """Return what can be written of a problem."""
         if isinstance(problem, StoredProblem):
-            return problem
+            return copy.copy(problem)
         names = ("shapes", "time", "parameters", "params", "units")
         known: dict[str, Any] = {name: getattr(problem, name) for name in names}
         return cls(problem.name, _sent(problem), True, **known)
