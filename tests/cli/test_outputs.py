@@ -408,6 +408,18 @@ def test_a_file_of_the_users_is_not_lost(command, tmp_path, monkeypatch):
     assert {*table, next(out.glob("*.json")).name} == {path.name for path in out.iterdir()}
     monkeypatch.setattr("geomint.run.solve.solve", no_run)
     picture = next(out.glob("*.png"))
+    (record,) = out.glob("*.json")
+    kept = record.read_bytes()
+    for changed in (
+        kept.replace(b'"geomint"', b'"geomint "', 1),
+        kept.partition(b'"files"')[0].rstrip().rstrip(b",") + b"}",  # tells of none
+    ):
+        record.write_bytes(changed)
+        result = invoke(*call, "--out", out)
+        assert result.exit_code == 2, result.output
+        assert record.name in result.stderr.replace("\n", " ")
+        assert record.read_bytes() == changed
+    record.write_bytes(kept)
     picture.write_bytes(b"mine")
     for left in ("*.none", "*.json"):
         for path in out.glob(left):
@@ -427,13 +439,52 @@ def test_a_file_that_has_the_name_of_a_run_is_not_lost(tmp_path, monkeypatch):
     out = Path("sphere-n3.nc")
     for _ in range(2):
         assert invoke(*COMMANDS["run"]).exit_code == 0
-    out.write_bytes(b"mine")
-    result = invoke(*COMMANDS["run"])
-    assert result.exit_code == 2, result.output
-    assert "another file is there, which is left alone" in result.stderr
-    assert out.read_bytes() == b"mine"
+    run = out.read_bytes()
+    for mine in (b"mine", b"of geomint-run-3", run[:-1], run + b"mine"):
+        out.write_bytes(mine)
+        result = invoke(*COMMANDS["run"])
+        assert result.exit_code == 2, result.output
+        assert "another file is there, which is left alone" in result.stderr
+        assert out.read_bytes() == mine
     assert invoke(*COMMANDS["run"], "--out", out).exit_code == 0
     assert gi.load(out).success
+
+
+@pytest.mark.parametrize("mine", ["file", "folder"])
+@pytest.mark.parametrize("named", [False, True])
+def test_what_comes_to_the_place_of_a_run_meanwhile(mine, named, tmp_path, monkeypatch):
+    """Neither that nor the run is lost; a file that was named is to be replaced."""
+    monkeypatch.chdir(tmp_path)
+    out, run_plan = Path("sphere-n3.nc"), geomint.plan.run_plan
+    Path("sphere-n3-2.nc").write_bytes(b"mine too")
+
+    def disturbed(*given):
+        found = run_plan(*given)
+        out.mkdir() if mine == "folder" else out.write_bytes(b"mine")
+        return found
+
+    monkeypatch.setattr(geomint.plan, "run_plan", disturbed)
+    result = invoke(*COMMANDS["run"], *(["--out", out] if named else []))
+    assert result.exit_code == 0, result.output
+    if named and mine == "file":
+        assert gi.load(out).success
+    else:
+        assert out.is_dir() if mine == "folder" else out.read_bytes() == b"mine"
+        assert gi.load("sphere-n3-3.nc").success
+        assert "left alone" in result.stderr
+        assert "the run is in sphere-n3-3.nc" in result.stderr
+        assert "sphere-n3-3.nc" in result.stdout
+    assert Path("sphere-n3-2.nc").read_bytes() == b"mine too"
+
+
+def test_a_film_is_no_file_of_the_report(tmp_path, nothing_begins):
+    out = tmp_path / "out"
+    (tmp_path / "link").symlink_to(out)
+    for film in (out / "exact.html", tmp_path / "link" / ".." / "link" / "exact.html"):
+        result = invoke("exact", "ball-3d", "--out", out, "--animate", film)
+        assert result.exit_code == 2, result.output
+        assert "it is a file of the report" in result.stderr.replace("\n", " ")
+        assert content(out) == {}
 
 
 STEERING = "a\x1b[31m\r\u202e<script>"

@@ -68,6 +68,8 @@ def exact(
         from .page import EXACT_FILES, write_exact_report
 
         gi.check_folder(out, EXACT_FILES)
+        if animate is not None and animate.resolve() in {(out / n).resolve() for n in EXACT_FILES}:
+            raise gi.OutputError(animate, "it is a file of the report; expected another place")
     if animate is not None:
         gi.check_file(animate)
     model = chosen.model

@@ -1,5 +1,7 @@
 """``geomint run``."""
 
+import os
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +34,7 @@ def command(
     from ..arguments import file_path
     from ..errors import OutputError
     from ..plan import expected_time, make_plan, run_plan
-    from ..run.storage import ENDINGS, holds_run, save_solution
+    from ..run.storage import ENDINGS, check_own, save_solution
 
     plan = make_plan(chosen)
     given, out = out, out or Path(f"{chosen.name}.nc")
@@ -40,8 +42,8 @@ def command(
     options.check_time(lambda: expected_time([plan]), yes)
     file_path("--out", out, ENDINGS, strict=False)
     check_file(out)
-    if not given and out.exists() and not holds_run(out):
-        raise OutputError(out, "another file is there, which is left alone; name one with --out")
+    if not given:
+        check_own(out)
     result = run_plan(plan, not quiet)
     options.tell_failure(result[0])
     solution = result[0].solution
@@ -50,7 +52,16 @@ def command(
     from ..scene.provenance import scene_record
 
     asked = scene_record(chosen, options.reproducing_command())
-    save_solution(solution, out, {**asked, **solution.provenance})
+    told = {**asked, **solution.provenance}
+    try:
+        save_solution(solution, out, told, own=not given)
+    except OutputError as refused:  # for what came there meanwhile; the run is not lost either
+        if refused.errno is not None:
+            raise
+        names = (out.with_stem(f"{out.stem}-{k}") for k in count(2))
+        out = next(name for name in names if not os.path.lexists(name))
+        save_solution(solution, out, told, own=True)
+        options.print_message(f"{refused}; the run is in {out}")
     if not quiet:
         from ..report.summary import print_runs
 

@@ -18,7 +18,7 @@ from markupsafe import Markup
 
 from ..errors import printable
 from ..plots.style import Picture, data_uri
-from ..run.files.outputs import digest, whole_folder
+from ..run.files.outputs import UNSEALED, digest, whole_folder
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import paper_files, report_files
@@ -123,11 +123,16 @@ def write_files(
             write(unfinished / name)
         if paper is not None:
             paper.write(unfinished, {name: p.figure for name, p in pictures.items()})
-        # By which the next report knows them.
-        files = {file.name: digest(file) for file in sorted(unfinished.iterdir())}
-        told = data.rstrip().removesuffix("}").rstrip() + "," + json_text({"files": files})[1:]
-        (unfinished / json).write_text(told, encoding="utf-8")
+        (unfinished / json).write_bytes(sealed(data, json, unfinished))
     return folder / html
+
+
+def sealed(data: str, name: str, folder: Path) -> bytes:
+    """Return a JSON with the digests of a report's files, its own too, by which the next knows them."""
+    files = {file.name: digest(file.read_bytes()) for file in sorted(folder.iterdir())}
+    told = json_text({"files": {**files, name: UNSEALED}})
+    head, _, end = f"{data.rstrip().removesuffix('}').rstrip()},{told[1:]}".rpartition(UNSEALED)
+    return f"{head}{digest(f'{head}{UNSEALED}{end}'.encode())}{end}".encode()
 
 
 def write_planned(

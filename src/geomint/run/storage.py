@@ -31,7 +31,8 @@ the SHA-256 of the whole file with 64 zeros in the place of its own digits.
 
 A file brings no code. Methods are made by their names, problems by the system of their scene, or they
 are given. The pickles are for files that you made yourself: they are read with ``trust=True`` alone,
-and then by `Solution.problem`, `Solution.method`, `Solution.sol` and going on.
+and then by `Solution.problem`, `Solution.method`, `Solution.sol` and going on; what was loaded without
+it is saved without them.
 """
 
 import hashlib
@@ -91,6 +92,8 @@ def save_solution(
     solution: Solution,
     path: str | PathLike[str],
     provenance: Mapping[str, Any] | None = None,
+    *,
+    own: bool = False,
 ) -> None:
     """Write a run to a NetCDF file, or of one whose name ends in ``.csv`` the saved states alone.
 
@@ -102,6 +105,8 @@ def save_solution(
         followed.
     provenance : mapping, optional
         Default: all that the solution knows by itself.
+    own : bool
+        Whether nothing but an unchanged run is replaced.
 
     Raises
     ------
@@ -153,6 +158,8 @@ def save_solution(
                 _write(file, variable)
             file.flush()
         _seal(unfinished)
+        if own:  # as late as can be: a run of hours may have gone before
+            check_own(Path(path))
 
 
 def _for_load(hidden: Mapping[tuple[str, str], Array], taken: set[str]) -> Iterator[Variable]:
@@ -206,10 +213,15 @@ def _seal(path: Path) -> None:
         file.write(digits.encode())
 
 
-def holds_run(path: Path) -> bool:
-    """Tell whether a regular file holds a run, of any version."""
-    with path.open("rb") as file:
-        return _KIND.search(file.read(_HEADER)) is not None
+def check_own(path: Path) -> None:
+    """Refuse to replace a file that is not a run, as it was written."""
+    if path.exists():
+        with path.open("rb") as file:
+            try:
+                _check_seal(file, str(path))
+            except GeomintError:
+                reason = "another file is there, which is left alone; name one with --out"
+                raise OutputError(path, reason) from None
 
 
 def _check_seal(file: BinaryIO, name: str) -> None:

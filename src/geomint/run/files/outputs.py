@@ -22,6 +22,7 @@ from ...errors import DomainError, OutputError, quoted
 from .inputs import check_no_input
 from .workplace import PATIENCE, held, synced, undisturbed, workplace
 
+UNSEALED = "0" * 64  # in place of a digest that is not known yet
 PROBE = 4096  # bytes written to see whether anything can be
 
 
@@ -150,26 +151,25 @@ def _move_all(source: Path, folder: Path, old: Path, names: Iterable[str]) -> No
         back.pop_all()
 
 
-def digest(file: Path) -> str:
-    """Return the SHA-256 of a file, by which the JSON of a report knows it."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+def digest(content: bytes, own: str = UNSEALED) -> str:
+    """Return the SHA-256 by which the JSON of a report knows a file, with zeros for its own digits."""
+    return hashlib.sha256(content.replace(own.encode(), UNSEALED.encode())).hexdigest()
 
 
 def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> dict[str, Path]:
     """Return the places of files; of `names` refuse what no earlier report has written."""
-    names, told = set(names), {}
+    names, told = set(names), set()
     # The JSON first: what a process that is killed has moved after it is of a report.
     order = sorted(names.union(more), key=lambda name: (not name.endswith(".json"), name))
     targets = {name: _regular(folder / name, followed=False) for name in order}
     there = [name for name in order if name in names and targets[name].exists()]
-    with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
-        found = json.loads(targets[there[0]].read_bytes())
-        if "geomint" in found["provenance"]["versions"]:  # older ones do not say of which files
-            told = {**found.get("files", dict.fromkeys(there, "")), there[0]: ""}
-    others = [
-        name for name in there if name not in told or told[name] not in ("", digest(targets[name]))
-    ]
-    if others:
+    with suppress(OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        files = json.loads(targets[there[0]].read_bytes())["files"]
+        for name in there:
+            found = files.get(name, "")
+            if len(found) == len(UNSEALED) and found == digest(targets[name].read_bytes(), found):
+                told.add(name)
+    if others := [name for name in there if name not in told]:
         raise OutputError(
             folder,
             f"{', '.join(others)}: of no earlier report, or changed since, and left alone; move "
