@@ -359,9 +359,21 @@ def test_of_what_is_in_a_store_only_what_zarr_left_is_removed(tmp_path: Path) ->
     mine[2].symlink_to(mine[0])
     mine.append(out / f"folder.{'0d' * 16}.partial")
     mine[3].mkdir()
+    mine.append(out / "films" / f"film.{'0e' * 16}.partial")
+    mine[4].parent.mkdir()
+    mine[4].touch()
     assert_same(on_disk("states", out), known)
     assert not left.exists()
     assert all(path.exists() for path in mine)
+
+
+def test_the_folder_of_the_process_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(gi.OutputError, match="current folder"):
+        on_disk("states", ".")
+    assert Path.cwd() == tmp_path
 
 
 def test_a_writer_is_alone(tmp_path: Path) -> None:

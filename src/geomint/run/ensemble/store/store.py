@@ -77,6 +77,8 @@ class Store:
             return
         self.size = block_size(self._asked, self._given, self._workers)
         with refused_as_output(self._named), workplace(self._path.parent) as place:
+            if self._path.exists() and self._path.samefile(os.curdir):
+                raise OutputError(self._named, "that is the current folder; expected another one")
             self._make(place / "new")
             with undisturbed():
                 try:
@@ -126,9 +128,10 @@ class Store:
         if told:
             reason = f"another ensemble is there, which is left alone: they differ in {told}"
             raise OutputError(self._named, reason)
-        for left in self._path.glob(f"**/*.{'[0-9a-f]' * 32}.partial"):
-            if left.is_file() and not left.is_symlink():  # of zarr, in a writer that was killed
-                left.unlink(missing_ok=True)
+        for name in arrays.group.array_keys():
+            for left in (self._path / name).glob(f"*.{'[0-9a-f]' * 32}.partial"):
+                if left.is_file() and not left.is_symlink():  # of zarr, in a writer that was killed
+                    left.unlink(missing_ok=True)
         self.size = arrays.size
         arrays.gathered()
         for block in range(arrays.blocks):
