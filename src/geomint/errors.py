@@ -304,7 +304,8 @@ def _leave_out(said: str, name: str) -> None:
 def loaded(point: EntryPoint) -> Any:
     """Return what an entry point stands for; `MissingCodeError`, whatever its package raises."""
     try:
-        return point.load()
+        with warnings.catch_warnings():  # what it does to filters is its own
+            return point.load()
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # whatever its modules raise when they are imported

@@ -222,7 +222,12 @@ def test_projections_are_said(tmp_path):
         (["check", "ball-3d", "--observe", "enrgy"], "Did you mean 'energy'?"),
         (["drift", "ball-3d", "--methods", "cf-4,cf4"], "Did you mean 'cf-4'?"),
         (["drift", "ball-3d", "--methods", "cf-4:fast"], "the step of 'cf-4' = 'fast'"),
-        (["drift", "ball-3d", "--methods", ","], "at least one method"),
+        (["drift", "ball-3d", "--methods", ","], "--methods = ',': expected names"),
+        (["check", "ball-3d", "--observe", ""], "--observe = '': expected names"),
+        (
+            ["stress", "--systems", " , ,", "--axis", "no-such"],
+            "--systems = ' , ,': expected names",
+        ),
         (["drift", "ball-3d", "--methods", "cf-4", "--step", "1"], "write NAME:STEP"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
@@ -525,6 +530,96 @@ def test_a_package_that_is_broken_loses_its_own_names(value, words, tmp_path, mo
         assert (told[command].exit_code, len(said)) == (2, 1), told[command].stderr
         assert words in said[0] or "expected a geomint.Watcher" in said[0]
     assert told["check sphere-n3 --method bad"].exit_code == 2
+
+
+def alone(folder, *words, options=(), **environment):
+    """Run a command in a process of its own, in a folder; packages that lie there are installed."""
+    paths = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(
+        [sys.executable, *options, "-m", "geomint", *words],
+        env={**os.environ, "PYTHONPATH": paths, **environment},
+        **{"cwd": folder, "capture_output": True, "text": True, "check": False},
+    )
+
+
+@pytest.mark.parametrize(
+    ("does", "code", "told"),
+    [
+        ("import warnings; warnings.simplefilter('error')", 0, "warning: package 'loud'"),
+        ("import sys; sys.stdout.close()", 2, "standard output cannot be written"),
+        ("import sys; sys.stdout.detach()", 2, "standard output cannot be written"),
+        ("import sys; sys.stderr.close()", 0, ""),
+        ("import sys; sys.stdout.close(); sys.stderr.close()", 2, ""),
+    ],
+)
+def test_what_a_package_does_when_it_is_imported(does, code, told, tmp_path):
+    """It is no traceback of commands that need nothing of it, and no other end of them."""
+    (tmp_path / "of_loud.py").write_text(f"{does}\n", encoding="utf-8")
+    install(tmp_path, "loud", {"methods": {"x": "of_loud:x"}})
+    done = alone(tmp_path, "methods")
+    assert (done.returncode, told in done.stderr) == (code, True), done.stderr
+    assert all(line.startswith("geomint: ") for line in done.stderr.splitlines()), done.stderr
+    assert ("rattle-4" in done.stdout) == (code == 0)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        KeyError("a"),
+        ValueError("one\ntwo"),
+        SyntaxError("no", ("x.py", 1, 1, "", 1, 1)),
+        MemoryError(),
+    ],
+)
+def test_any_error_is_one_line(error, monkeypatch):
+    """With --debug the traceback comes before it; within another program it is raised."""
+
+    @click.command("fails")
+    @click.option("--debug", is_flag=True)
+    def fails(debug):
+        raise error
+
+    offer(monkeypatch, "geomint.commands", "fails", fails)
+    plain, shown = invoke("fails"), invoke("fails", "--debug")
+    assert (plain.exit_code, shown.exit_code) == (2, 2)
+    assert plain.stderr.startswith("geomint: a defect, or settings around geomint: ")
+    assert plain.stderr.count("\n") == 1
+    assert type(error).__name__ in plain.stderr
+    assert shown.stderr.startswith("Traceback")
+    assert shown.stderr.endswith(plain.stderr)
+    with pytest.raises(type(error)):
+        main.main(["fails"], "geomint", standalone_mode=False)
+
+
+@pytest.mark.parametrize(
+    ("setting", "words", "told"),
+    [
+        ("NUMBA_NUM_THREADS=0", "run sphere-n3 --t-end 1", "settings around geomint: ValueError"),
+        ("_GEOMINT_COMPLETE=bash_complete", "", "settings around geomint: KeyError: 'COMP_WORDS'"),
+        ("MPLBACKEND=nope", "drift sphere-n3 --t-end 1", "geomint: pictures: ValueError"),
+        ("MPLBACKEND=nope", "exact sphere-n3 --out of-it", "geomint: pictures: ValueError"),
+    ],
+)
+def test_settings_that_are_broken_are_one_line(setting, words, told, tmp_path):
+    """Those of pictures are told before anything is computed."""
+    done = alone(tmp_path, *words.split(), **dict([setting.split("=")]))
+    assert (done.returncode, told in done.stderr) == (2, True), done.stderr
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+
+
+def test_warnings_of_a_run_are_lines_whatever_python_makes_of_warnings(tmp_path):
+    words = ("run", "sphere-n3", "--step", "3", "--t-end", "100", "--quiet")
+    done = [alone(tmp_path, *words, PYTHONWARNINGS=asked) for asked in ("", "error")]
+    assert [each.returncode for each in done] == [0, 0], done
+    assert "geomint: warning: steps of 3 are so long" in done[0].stderr
+    assert done[1].stderr == done[0].stderr
+
+
+def test_a_report_without_docstrings_tells_the_rule(tmp_path):
+    """Python leaves them out under -OO."""
+    done = alone(tmp_path, "drift", "sphere-n3", "--t-end", "5", "--quiet", options=["-OO"])
+    assert done.returncode == 0, done.stderr
+    assert "The window means" in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_system_of_another_package(monkeypatch, tmp_path):

@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import GeomintError, GeomintWarning, loaded, nearest, offered
+from ..errors import GeomintError, GeomintWarning, loaded, nearest, offered, raised
 from ..run.files.inputs import inputs_of_command
 from .options import exit_code, print_failure, print_message
 from .plugged import summary
@@ -46,7 +46,8 @@ def _others() -> dict[str, EntryPoint]:
 def _one_command() -> Iterator[None]:
     """Show geomint's warnings as lines of its own, and know of no inputs of other commands.
 
-    While a shell completes a word none is shown. What is done to filters within ends with it.
+    They are shown whatever Python does with warnings, but for a shell that completes a word. What is
+    done to filters within ends with it.
     """
     other = warnings.showwarning
 
@@ -58,6 +59,7 @@ def _one_command() -> Iterator[None]:
 
     with warnings.catch_warnings(), inputs_of_command():
         warnings.showwarning = show  # type: ignore[assignment]
+        warnings.simplefilter("default", GeomintWarning)
         if "_GEOMINT_COMPLETE" in os.environ:
             warnings.simplefilter("ignore")
         yield
@@ -125,10 +127,10 @@ class LazyGroup(click.Group):
         standalone_mode: bool = True,
         **extra: Any,
     ) -> Any:
-        """Run; errors of geomint and of files are a message on standard error and exit code 2.
+        """Run; an error is a message on standard error and exit code 2, with --debug a traceback too.
 
-        Others are defects: a traceback, and exit code 1. Ctrl-C is 130; SIGTERM and SIGHUP end a run as
-        Ctrl-C does, with exit codes 143 and 129.
+        Ctrl-C is 130; SIGTERM and SIGHUP end a run as Ctrl-C does, with exit codes 143 and 129. Where
+        it does not stand alone, errors are raised.
         """
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
@@ -139,19 +141,16 @@ class LazyGroup(click.Group):
                 result = super().main(arguments, prog_name, complete_var, False, **extra)
                 code = result if isinstance(result, int) else 0
             except click.ClickException as error:
-                with contextlib.suppress(OSError):
+                with contextlib.suppress(OSError, ValueError):
                     error.show()
                 code = error.exit_code
             except (click.Abort, KeyboardInterrupt):
                 print_message("interrupted")
                 code = exit_code("interrupted")
-            except (GeomintError, OSError) as error:
-                if isinstance(error, GeomintError) or error.filename is not None:
-                    print_failure(error, arguments)
-                    code = exit_code("failed")
-                else:
-                    code = _output_failed(error, arguments)
+            except Exception as error:
+                code = _failed(error, arguments)
         code = 128 + received[0] if received and code == exit_code("interrupted") else code
+        _mend_streams()
         try:
             sys.stdout.flush()  # or its failure would only show after Python's exit
         except OSError as error:
@@ -162,22 +161,38 @@ class LazyGroup(click.Group):
 def _mend_streams() -> None:
     """Let characters that an encoding lacks be escaped; a closed standard output fails when written."""
     for name, mode in (("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
-        stream = getattr(sys, name)
-        if stream is None:
+        try:
+            if isinstance(getattr(sys, name), io.TextIOWrapper | None):
+                getattr(sys, name).reconfigure(errors="backslashreplace")
+        except (AttributeError, ValueError):  # from the start, or by another package
             setattr(sys, name, os.fdopen(os.open(os.devnull, mode), "w", encoding="utf-8"))
-        elif isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+        except OSError:  # of what is in the buffer: it fails again
+            pass
 
 
-def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
-    """Return the exit code after standard output could not be written; quiet after ``| head``."""
+def _failed(error: Exception, arguments: Sequence[str]) -> int:
+    """Tell of an error; return the exit code after it."""
+    stdout = sys.stdout
+    _mend_streams()
+    of_file = isinstance(error, OSError) and error.filename is not None
+    if isinstance(error, GeomintError) or of_file:
+        print_failure(error, arguments)
+        return exit_code("failed")
     if "--debug" in arguments:
-        traceback.print_exc()
+        traceback.print_exception(error)
+    if isinstance(error, OSError) or sys.stdout is not stdout:
+        return _output_failed(error)
+    print_message(f"a defect, or settings around geomint: {raised(error)}; --debug shows where")
+    return exit_code("failed")
+
+
+def _output_failed(error: Exception) -> int:
+    """Return the exit code after standard output could not be written; quiet after ``| head``."""
     # What is still in the buffer must not be tried again at the end of Python.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if isinstance(error, BrokenPipeError):
         return exit_code("closed")
-    print_message(f"standard output cannot be written: {error.strerror}")
+    print_message(f"standard output cannot be written: {getattr(error, 'strerror', error)}")
     return exit_code("failed")
 
 

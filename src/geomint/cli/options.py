@@ -62,10 +62,11 @@ def list_option(
     def parts(context: click.Context, option: click.Parameter, text: str | None) -> Any:
         if text is None:
             return None
-        try:
-            return [of(part) for part in text.split(",") if part.strip()]
-        except ValueError:
-            raise DomainError(names[0], text, "numbers with commas between") from None
+        with suppress(ValueError):
+            if found := [of(part) for part in text.split(",") if part.strip()]:
+                return found
+        kind = "names" if of is str.strip else "numbers"
+        raise DomainError(names[0], text, f"{kind} with commas between")
 
     return click.option(*names, callback=parts, **given)
 
@@ -213,7 +214,7 @@ def print_notes(scene: Scene, more: Iterable[str] = ()) -> None:
 
 def print_message(text: str) -> None:
     """Print a line of geomint's own on standard error; where that cannot be written, nothing."""
-    with suppress(OSError):
+    with suppress(OSError, ValueError):  # full, or closed
         click.echo(f"geomint: {printable(text)}", err=True)
 
 

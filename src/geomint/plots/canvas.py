@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 @contextmanager
 def new_figure(width: float, height: float, **options: Any) -> Iterator[Figure]:
     """Give a figure of that size in inches, within `figure_style`; notebooks show it."""
-    from .figure import ShownFigure
-
     with figure_style():
+        from .figure import ShownFigure
+
         yield ShownFigure(figsize=(width, height), **options)

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..errors import MissingCodeError, raised
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -45,10 +47,18 @@ STYLE = {
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """Make figures within this context look alike, and leave the user's settings alone."""
-    import matplotlib as mpl
+    """Make figures within this context look alike, whatever the user's settings: these stay.
 
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    Raises
+    ------
+    MissingCodeError
+        If matplotlib cannot be imported, such as with a backend in MPLBACKEND that it does not know.
+    """
+    try:
+        from matplotlib import style
+    except Exception as error:
+        raise MissingCodeError("pictures", raised(error)) from error
+    with style.context(["default", STYLE]):
         yield
 
 

@@ -1,5 +1,6 @@
 """Numbers and sentences of reports."""
 
+import inspect
 import math
 from typing import Any
 
@@ -124,9 +125,10 @@ def rule_details() -> str:
     """Return the statistical rule as its module states it, without the markup."""
     from ..watch import growth
 
-    text = (growth.__doc__ or "").split("The window means", 1)[1]
-    plain = text.replace("``", "").replace("\\|", "|").replace("`", "")
-    return "The window means" + plain.split("\nMeasured on", 1)[0].rstrip()
+    # The source has it under `python -OO` too.
+    plain = inspect.getsource(growth).replace("`", "").replace("\\|", "|")
+    begin, end = plain.index("The window means"), plain.index("\nMeasured on")
+    return plain[begin:end].rstrip()
 
 
 def symbol(time: str) -> str:

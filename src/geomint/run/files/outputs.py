@@ -19,6 +19,7 @@ from pathlib import Path
 
 from ...arguments import Array, file_path
 from ...errors import DomainError, OutputError, quoted
+from ...plots.style import figure_style
 from .inputs import check_no_input
 from .workplace import PATIENCE, held, synced, undisturbed, workplace
 
@@ -47,16 +48,18 @@ def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     path : str or path
     names : iterable of str
         Of the files that will be: nothing else may have them but files of an earlier report, none of
-        which was read.
+        which was read. Pictures are among them.
 
     Raises
     ------
     OutputError
+    MissingCodeError
+        If pictures cannot be made.
     """
     with refused_as_output(path):
         folder = _made(Path(path))
         if names:
-            with held(folder, path, PATIENCE):
+            with held(folder, path, PATIENCE), figure_style():  # or pictures fail after the run
                 _targets(folder, names)
         _probe(folder)
 
