@@ -35,7 +35,8 @@ def inertia(
     if D is None:
         if m is None or rho is None:
             raise gi.DomainError("--d", D, "D, or --m and --rho")
-        D = positive_number("--m", m) * positive_number("--rho", rho) ** 2
+        rho = positive_number("--rho", rho)
+        D = positive_number("--m rho²", m * rho * rho)
     elif m is not None or rho is not None:
         raise gi.DomainError("--d", D, "D alone, or --m and --rho alone")
     if moments is not None:

@@ -39,6 +39,11 @@ def test_a_in_dimension_four():
         (("--moments", "1,2,3"), "--rho"),
         (("--moments", "1,2,3", "--d", "1", "--m", "1"), "alone"),
         (("--moments", "1,2,3", "--m", "-1", "--rho", "1"), "--m"),
+        (("--moments", "1,2,3", "--m", "-1", "--rho", "-1"), "--rho"),
+        (("--moments", "1,2,3", "--m", "1", "--rho", "1e308"), "--m rho² = inf"),
+        (("--moments", "1,2,3", "--m", "1e308", "--rho", "1e308"), "--m rho² = inf"),
+        (("--moments", "1,2,3", "--m", "1", "--rho", "1e-308"), "--m rho² = 0"),
+        (("--moments", ",", "--d", "1"), "numbers with commas"),
     ],
 )
 def test_bad_input_is_named(words, told):

@@ -174,6 +174,9 @@ def test_what_cannot_be_cited_is_refused():
         ("\\", r"\textbackslash{}"),
         ("", ""),
         ("漢", "?"),
+        ("a\x1b[31m\r", r"a\textbackslash{}x1b[31m\textbackslash{}r"),
+        ("a\n\nb", "a  b"),  # an empty line would end what it is in
+        ("\u202e", r"\textbackslash{}u202e"),
     ],
 )
 def test_text_as_latex(text, expected):
@@ -189,6 +192,7 @@ def test_text_as_latex(text, expected):
         ("(1.23 ± 0.05)e-15", r"$(1.23 \pm  0.05)\times10^{-15}$"),
         ("rattle-4", "rattle-4"),
         ("—", "---"),
+        ("\x00\ud800 1e-5", r"\textbackslash{}x00\textbackslash{}ud800 $10^{-5}$"),
     ],
 )
 def test_numbers_as_latex(text, expected):

@@ -1,5 +1,6 @@
 """Figures: drawn for any series, readable in print, and nothing left unsaid."""
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -123,3 +124,25 @@ def test_the_users_settings_are_left_alone():
     before = dict(mpl.rcParams)
     drift_figure([("cf-4", {"line": drift("line")})], "t")
     assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"text.usetex": True},
+        {"savefig.format": "pdf", "image.cmap": "gray", "savefig.bbox": "tight"},
+        {"svg.fonttype": "none", "path.simplify": False, "figure.facecolor": "red"},
+        {"axes.prop_cycle": matplotlib.cycler(color=["red"]), "xtick.direction": "in"},
+    ],
+    ids=str,
+)
+def test_pictures_do_not_depend_on_the_users_settings(settings, tmp_path):
+    """Neither while they are made nor while they are saved."""
+
+    def content(name):
+        Picture(drift_figure([("cf-4", {"line": drift("line")})], "t")).save(tmp_path, name)
+        return [(tmp_path / f"{name}.{ending}").read_bytes() for ending in ("png", "svg")]
+
+    expected = content("a")
+    with matplotlib.rc_context(settings):
+        assert content("b") == expected

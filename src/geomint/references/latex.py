@@ -3,6 +3,8 @@
 import re
 import unicodedata
 
+from ..errors import printable
+
 __all__ = ["latex", "latex_cell"]
 
 _SPECIAL = {
@@ -95,10 +97,11 @@ def latex(text: str) -> str:
     Parameters
     ----------
     text : str
-        Of any characters. What has no command becomes its nearest in ASCII, or a question mark.
+        Of any characters. What has no command becomes its nearest in ASCII, or a question mark,
+        control characters their escapes, and the end of a line a blank: an empty line ends a cell.
     """
     found = []
-    characters = list(unicodedata.normalize("NFD", text))
+    characters = list(unicodedata.normalize("NFD", printable(text).replace("\n", " ")))
     while characters:
         character = characters.pop(0)
         marks = []
