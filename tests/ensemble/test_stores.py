@@ -367,9 +367,7 @@ def test_of_what_is_in_a_store_only_what_zarr_left_is_removed(tmp_path: Path) ->
     assert all(path.exists() for path in mine)
 
 
-def test_the_folder_of_the_process_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_folder_of_the_process_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(gi.OutputError, match="current folder"):
         on_disk("states", ".")

@@ -72,6 +72,11 @@ class Arrays:
         self._touched: set[Path] = set()
 
     @property
+    def folders(self) -> list[Path]:
+        """Those of its arrays."""
+        return [self._place(array) for array in self._known.values()]
+
+    @property
     def blocks(self) -> int:
         """How many blocks there are."""
         return -(-self.members // self.size)

@@ -128,8 +128,8 @@ class Store:
         if told:
             reason = f"another ensemble is there, which is left alone: they differ in {told}"
             raise OutputError(self._named, reason)
-        for name in arrays.group.array_keys():
-            for left in (self._path / name).glob(f"*.{'[0-9a-f]' * 32}.partial"):
+        for folder in arrays.folders:
+            for left in folder.glob(f"*.{'[0-9a-f]' * 32}.partial"):
                 if left.is_file() and not left.is_symlink():  # of zarr, in a writer that was killed
                     left.unlink(missing_ok=True)
         self.size = arrays.size
