@@ -220,8 +220,8 @@ def check_own(path: Path) -> None:
             try:
                 _check_seal(file, str(path))
             except GeomintError:
-                reason = "another file is there, which is left alone; name one with --out"
-                raise OutputError(path, reason) from None
+                why = "another file is there, which is left alone; name one with --out"
+                raise OutputError(path, why) from None
 
 
 def _check_seal(file: BinaryIO, name: str) -> None:

@@ -96,10 +96,9 @@ def compiled_beside(tasks: Callable[[], Sequence[Task]]) -> Iterator[None]:
             content = sent(tuple(tasks()))
             # As this one has them: -I, -E, -s, -O, -B, -W, -X among others. Nothing is imported
             # from the current folder before the path is that of this one.
-            given = sys._xoptions.items()
-            more = [f"-X{name}" if value is True else f"-X{name}={value}" for name, value in given]
-            more += ["-P", "--check-hash-based-pycs", _imp.check_hash_based_pycs]
-            options = (*_args_from_interpreter_flags(), *more)
+            options = [*_args_from_interpreter_flags(), "-P"]
+            options += ["--check-hash-based-pycs", _imp.check_hash_based_pycs]
+            options += [f"-X{x}" if v is True else f"-X{x}={v}" for x, v in sys._xoptions.items()]
             process = subprocess.Popen(
                 [sys.executable, *options, "-c", _PROGRAM.format(sys.path)],
                 stdin=subprocess.PIPE,

@@ -97,7 +97,7 @@ class StampedCache(NullCache):
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = _found() if kept else None
         self._base = f"{plain(py_func.__name__)}-{fingerprint}"
-        self._checked = bool(config.BOUNDSCHECK)
+        self._checked = config.BOUNDSCHECK
         # Functions of problems are compiled quickly.
         self._kernel = str(py_func.__module__).startswith(_ROOMS)
 
@@ -133,12 +133,9 @@ class StampedCache(NullCache):
     def save_overload(self, sig, data) -> None:
         name = self._name(sig, data.codegen)
         try:
-            if self._folder and not (
-                data.library.has_dynamic_globals
-                or any(not x.can_cache for x in data.lifted)
-                or self._checked != bool(config.BOUNDSCHECK)  # which numba reads anew
-                or sources_edited.__wrapped__()
-            ):
+            other_checks = self._checked != config.BOUNDSCHECK  # which numba reads anew
+            alone = data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)
+            if self._folder and not (alone or other_checks or sources_edited.__wrapped__()):
                 self._folder.write(name, dumps(data._reduce()))
         except OSError as failure:
             _note(failure)

@@ -79,11 +79,8 @@ class PrivateFolder(NamedTuple):
     def held(self) -> Iterator[tuple[int | None, str]]:
         """Hold the folder, and all on the way to it; give the last one, and what names begin with."""
         if not _HELD:
-            self.path.mkdir(mode=0o700, parents=True, exist_ok=True)
-            last = Path(os.path.realpath(self.path))
-            for place in (last, *last.parents):
-                _check(place.stat(), place, place == last)
-            yield None, f"{last}{os.sep}"
+            self.path.mkdir(parents=True, exist_ok=True)
+            yield None, f"{self.path}{os.sep}"
             return
         left, place, here, links = [*reversed(self.path.parts)], Path(), None, MOST_LINKS
         with ExitStack() as ends:

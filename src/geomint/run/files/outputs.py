@@ -161,18 +161,18 @@ def digest(content: bytes, own: str = UNSEALED) -> str:
 
 def _targets(folder: Path, names: Iterable[str], more: Iterable[str] = ()) -> dict[str, Path]:
     """Return the places of files; of `names` refuse what no earlier report has written."""
-    names, told = set(names), set()
+    names = set(names)
     # The JSON first: what a process that is killed has moved after it is of a report.
     order = sorted(names.union(more), key=lambda name: (not name.endswith(".json"), name))
     targets = {name: _regular(folder / name, followed=False) for name in order}
-    there = [name for name in order if name in names and targets[name].exists()]
+    others = [name for name in order if name in names and targets[name].exists()]
     with suppress(OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        files = json.loads(targets[there[0]].read_bytes())["files"]
-        for name in there:
-            found = files.get(name, "")
-            if len(found) == len(UNSEALED) and found == digest(targets[name].read_bytes(), found):
-                told.add(name)
-    if others := [name for name in there if name not in told]:
+        files = json.loads(targets[others[0]].read_bytes())["files"]
+        for name in [*others]:
+            own = files.get(name, "")
+            if len(own) == len(UNSEALED) and own == digest(targets[name].read_bytes(), own):
+                others.remove(name)
+    if others:
         raise OutputError(
             folder,
             f"{', '.join(others)}: of no earlier report, or changed since, and left alone; move "
