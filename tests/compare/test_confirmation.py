@@ -324,16 +324,16 @@ def test_a_refused_reference_is_refused_from_disk_too(planted, monkeypatch):
 @pytest.mark.nojit
 def test_a_file_without_confirmation_is_ignored(tmp_path):
     name = "reference.json"
-    path = tmp_path / name
+    folder = PrivateFolder(tmp_path, "")
     reference_with(1e-25, GOOD).store(name)
     assert stored(name).confirmation == GOOD
-    data = json.loads(path.read_text())
+    data = json.loads(folder.read(name))
     for change in ({"confirmation": None}, {"confirmation": {"method": "other"}}):
-        path.write_text(json.dumps({**data, **change}))
+        folder.write(name, json.dumps({**data, **change}).encode())
         found = stored(name)
         assert found is None or found.known == np.inf
     del data["confirmation"]
-    path.write_text(json.dumps(data))
+    folder.write(name, json.dumps(data).encode())
     assert stored(name) is None
 
 

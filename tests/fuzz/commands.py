@@ -39,7 +39,11 @@ OPTIONS = {
 FLAGS = ("--quiet", "--yes", "--paper", "--debug", "--help", "--version")
 NEW = ("new.nc", "new.csv", "new", "new/deeper/run.nc", "notes/run.nc", "notes", ".")
 HOSTILE = (
-    *(text for text in hostile.STRINGS if len(text) < 300 and "\0" not in text and text != "/"),
+    *(
+        t
+        for t in hostile.STRINGS
+        if len(t) < 300 and "\0" not in t and t not in ("/", "..", "../a")
+    ),
     *("-", "--", "-1", "/dev/null", "/dev/full", "/proc/self/mem", "\udcff.nc", "1e400", "nan"),
 )
 
