@@ -99,15 +99,15 @@ def only_finite(value: Any) -> bool:
 
 
 @contextlib.contextmanager
-def alarm(seconds: float) -> Iterator[None]:
-    """Press Ctrl-C after some seconds, and again as often as it takes."""
+def alarm(seconds: float, again: float = 1.0) -> Iterator[None]:
+    """Press Ctrl-C after some seconds, and again, that many times as late, as often as it takes."""
 
     def ring(number: int, frame: FrameType | None) -> None:
         signal.raise_signal(signal.SIGINT)
 
     pressed = signal.signal(signal.SIGINT, signal.default_int_handler)
     before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
+    signal.setitimer(signal.ITIMER_REAL, seconds, again * seconds)
     try:
         yield
     finally:
@@ -172,7 +172,7 @@ def command_verdict(arguments: list[str], folder: Path, seconds: float = 0.0) ->
             contextlib.redirect_stdout(streams[0]),
             contextlib.redirect_stderr(streams[1]),
             files_written() as paths,
-            alarm(seconds) if seconds else contextlib.nullcontext(),
+            alarm(seconds, 5.0) if seconds else contextlib.nullcontext(),
         ):
             verdict = judged(
                 lambda: returned.append(main.main(arguments, "geomint", standalone_mode=False))
