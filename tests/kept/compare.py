@@ -64,6 +64,8 @@ EXPECTED = {
     "commands/run veselova-n4*tolerance*": ("likewise", np.inf),
     "*commands/*: *files*": ("local errors, and the measure, in what is written", CLOSE),
     "*commands/[rd]*: output": ("the local error, and the measure", CLOSE),
+    "*commands/--help: output": ("plainer words", CLOSE),
+    "*commands/*: messages": ("likewise, of numbers in lists", CLOSE),
 }
 SHOWN = 40  # differences
 
