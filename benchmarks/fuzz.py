@@ -21,13 +21,11 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from geomint.stress.guard import guarded
+from machine import describe  # it is the way to tests, too
+from tests.fuzz.judge import BAD, VERDICTS, Judged, check_scene, run_scene
+
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "tests" / "fuzz"))
-
-from judge import BAD, VERDICTS, Judged, check_scene, run_scene  # noqa: E402
-
-from geomint.stress.guard import guarded  # noqa: E402
-from machine import describe  # noqa: E402
 
 PACKAGES = ["geomint", "numpy", "scipy", "numba", "pydantic", "click", "tomli_w"]
 KINDS = ("scenes", "runs", "compiled-runs", "calls", "commands", "files")
@@ -43,18 +41,18 @@ def verdict(case: Case) -> Judged:
     kind, seed, number = case
     rng = Random(f"{seed} {kind} {number}")
     if kind == "calls":
-        from calls import call_verdict
+        from tests.fuzz.calls import call_verdict
 
         return call_verdict(rng, SOFT)
     if kind == "files":
-        from saved import file_verdict
+        from tests.fuzz.saved import file_verdict
 
         return file_verdict(rng)
     if kind == "commands":
-        from commands import line_verdict
+        from tests.fuzz.commands import line_verdict
 
         return line_verdict(rng, SOFT)
-    from scenes import mutated_text
+    from tests.fuzz.scenes import mutated_text
 
     if kind == "scenes":
         extra = rng.choice(([], [], ["--for-drift"], ["--methods", "gauss-4:0.1,rk-4"]))

@@ -13,16 +13,37 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import settings
+from hypothesis import is_hypothesis_test, settings
+
+from tests.rows import FEW, MANY
 
 # The same examples in every run; HYPOTHESIS_PROFILE=explore looks for new ones.
-settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
+SAME = {"derandomize": True, "deadline": None, "database": None}
+settings.register_profile("fast", max_examples=FEW, **SAME)
+settings.register_profile("nightly", max_examples=MANY, **SAME)
 settings.register_profile("explore", deadline=None, max_examples=1000)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+def at_night(config: pytest.Config) -> bool:
+    """Tell whether `pytest -m nightly` was called."""
+    return config.option.markexpr == "nightly"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Take few examples of a property, at night many."""
+    row = "nightly" if at_night(config) else "fast"
+    settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", row))
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the share of the files that is asked for: whole files, as they share compiled code."""
+    """Keep the share of the files that is asked for: whole files, as they share compiled code.
+
+    Properties belong to both rows.
+    """
+    for item in items if at_night(config) else ():
+        if is_hypothesis_test(getattr(item, "function", None)):
+            item.add_marker(pytest.mark.nightly)
     one, of = (int(number) for number in os.environ.get("SHARE", "1/1").split("/"))
     if of > 1:
         kept = {x for x in items if zlib.crc32(x.location[0].encode()) % of == one % of}

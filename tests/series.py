@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from geomint.errors import DomainError
-from geomint.watch.drift import Drift, drift_of_run, walk_level
+import geomint as gi
+from geomint.watch.drift import drift_of_run, walk_level
 from geomint.watch.windows import Series
 
 __all__ = ["drift_of_series"]
@@ -21,7 +21,7 @@ def drift_of_series(
     scale: float,
     initial: float = 0.0,
     explained: float | None = None,
-) -> Drift:
+) -> gi.Drift:
     """Return the drift of a series from `initial` at time 0, by the rule of `geomint.watch.growth`.
 
     Parameters
@@ -40,7 +40,7 @@ def drift_of_series(
     series.add(times, np.asarray(values, dtype=np.float64)[None, :])
     (windows,) = series.windows()
     if not windows.in_order:
-        raise DomainError("times", windows.times, "finite times that go on in one direction")
+        raise gi.DomainError("times", windows.times, "finite times that go on in one direction")
     if explained is None:
         explained = walk_level(scale, windows.samples)
     return drift_of_run(name, windows, scale, explained)

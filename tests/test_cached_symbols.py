@@ -30,7 +30,7 @@ def solved(cache, *clocks):
     return done.stdout.splitlines()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_cached_functions_of_one_name(tmp_path):
     with_clock = solved(tmp_path, "clock")[0]
     without = solved(tmp_path, "none")[0]

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.problems.evaluate import derivative, value
 
 __all__ = ["arguments_of", "called", "methods_of", "said", "seen"]
 
@@ -84,10 +83,10 @@ def of_problem(problem: gi.Problem) -> Any:
         y = problem.random_state(5)
     except gi.DomainError:
         y = np.linspace(0.3, 0.9, problem.rows)
-    rates = derivative(problem, y, 0.4) if problem.field or problem.action else None
-    found = {name: value(problem, f, y, 0.4) for name, f in problem.diagnostics.items()}
-    clock = None if problem.clock is None else value(problem, problem.clock, y, 0.4)
-    density = problem.measure and value(problem, problem.measure.log_density, y)
+    rates = gi.derivative(problem, y, 0.4) if problem.field or problem.action else None
+    found = {name: gi.value(problem, f, y, 0.4) for name, f in problem.diagnostics.items()}
+    clock = None if problem.clock is None else gi.value(problem, problem.clock, y, 0.4)
+    density = problem.measure and gi.value(problem, problem.measure.log_density, y)
     data = [problem.name, problem.pieces, problem.params, problem.forms, problem.time]
     return seen([*data, y, rates, found, clock, density, dict(problem.parameters)])
 

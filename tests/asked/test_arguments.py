@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asked_support import arguments_of, called, methods_of, seen
 
 import geomint as gi
 from geomint.cli import reports as in_python
@@ -21,6 +20,7 @@ from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
 from geomint.report import drift_page
 from geomint.run import solve as integrate
+from tests.asked.asked_support import arguments_of, called, methods_of, seen
 
 # Steps are as long as a test wants them.
 # Quantities that are looked at as invariants are none of the motions here.

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asked_support import arguments_of, called, methods_of
 
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.systems import find_system, system_names
+from tests.asked.asked_support import arguments_of, called, methods_of
 
 A, OTHER_A = np.array([0.8, 1.1, 1.5]), np.array([0.8, 1.1, 1.4])
 SPECIAL, OTHER = ch.SpecialInertia(A, 4.0), ch.SpecialInertia(OTHER_A, 4.0)

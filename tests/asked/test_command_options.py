@@ -11,12 +11,12 @@ from typing import Any
 
 import click
 import pytest
-from asked_support import seen
 from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
 from geomint.plan import Plan
+from tests.asked.asked_support import seen
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from asked_support import arguments_of
 
 import geomint as gi
 from geomint.methods import Start
 from geomint.methods.adaptive_stepper import AdaptiveStepper
 from geomint.problems.testproblems import pulsating_body, sphere_metric
+from tests.asked.asked_support import arguments_of
 
 BOTH = {  # two values of every option
     "iteration_tolerance": (0.0, 1e-6),

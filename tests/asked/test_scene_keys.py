@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from asked_support import seen
 from pydantic import BaseModel
 
 import geomint as gi
@@ -16,6 +15,7 @@ from geomint.compare import of_scene
 from geomint.plan import plan_scan, plan_section
 from geomint.run import solve as integrate
 from geomint.scene.model import Content
+from tests.asked.asked_support import seen
 
 BASE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},

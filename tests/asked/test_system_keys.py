@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asked_support import seen
 
+import chaplygin
 import geomint as gi
 from chaplygin.ball.rolling_states import momentum_inverted
-from chaplygin.inertia import SpecialInertia
-from geomint.problems.evaluate import derivative, value
 from geomint.problems.systems import find_system, system_names
 from geomint.scene.load import builtin_scenes
+from tests.asked.asked_support import seen
 
 c, s = math.cos(0.7), math.sin(0.7)
 ONE = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -26,7 +25,10 @@ TENSOR = [[1.0, 0.1, 0.0], [0.1, 1.5, 0.0], [0.0, 0.0, 2.0]]
 GAMMA = [0.48, 0.6, 0.64]
 
 OMEGA = momentum_inverted(
-    SpecialInertia([0.8, 1.1, 1.5], 4.0), 4.0, np.array(GAMMA), np.array([-3.72, -1.2, 3.46])
+    chaplygin.SpecialInertia([0.8, 1.1, 1.5], 4.0),
+    4.0,
+    np.array(GAMMA),
+    np.array([-3.72, -1.2, 3.46]),
 ).tolist()  # the ω of k = γ∧p
 
 BALL = ({"a": [0.8, 1.1, 1.5], "D": 4.0}, {"gamma": GAMMA, "p": [3.0, -4.0, 1.5]})
@@ -189,8 +191,8 @@ def built(name: str, section: str, key: str, given: object) -> gi.Model:
 def form(model: gi.Model, name: str) -> object:
     """Return what a form starts from and where it goes from there."""
     problem, y = model.problems[name], model.states[name]
-    found = {key: value(problem, f, y) for key, f in problem.diagnostics.items()}
-    return seen([y, problem.params, derivative(problem, y), found])
+    found = {key: gi.value(problem, f, y) for key, f in problem.diagnostics.items()}
+    return seen([y, problem.params, gi.derivative(problem, y), found])
 
 
 @pytest.mark.parametrize(("name", "section", "key"), keys())
@@ -228,7 +230,7 @@ def test_attitudes_of_all_forms_are_the_one_that_is_given() -> None:
     for name in carrying:
         problem, y = model.problems[name], model.states[name]
         np.testing.assert_array_equal(y[problem.slices["g"]], np.ravel(TURN))
-        assert value(problem, problem.diagnostics["spatial-momentum"], y) < 1e-14
+        assert gi.value(problem, problem.diagnostics["spatial-momentum"], y) < 1e-14
 
 
 def test_a_unit_of_time_that_nothing_is_measured_in_is_refused() -> None:

@@ -1,9 +1,9 @@
 """Motions for the tests of the exact flow: every pattern of equal a_i, special states."""
 
 import numpy as np
-from support import rng_for
 
 import chaplygin as ch
+from tests.chaplygin.support import rng_for
 
 # Which a_i are equal: multiplicities of different values, in a mixed order.
 PATTERNS = {

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from exact_support import TAU_AND_T, flow_of, problem_of, special_states
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.exact_support import TAU_AND_T, flow_of, problem_of, special_states
 
 
 def _systems() -> dict[str, tuple[gi.Problem, np.ndarray]]:

@@ -1,8 +1,7 @@
 """Random rolling balls of radius `RHO`, in both forms, for the tests of this folder."""
 
-from support import quiet_state, random_rotation, rng_for
-
 import chaplygin as ch
+from tests.chaplygin.support import quiet_state, random_rotation, rng_for
 
 RHO = 0.7
 

@@ -6,7 +6,12 @@ motion are differences of order 8, exact to 1e-12 here.
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.manifold import wedge
+from chaplygin.veselova.stiefel_states import allowed_part
+from tests.chaplygin.support import (
     DIMENSIONS,
     quiet_state,
     random_body,
@@ -18,11 +23,6 @@ from support import (
     random_tangent,
     rng_for,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.manifold import wedge
-from chaplygin.veselova.stiefel_states import allowed_part
 
 SEEDS = range(2)
 WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)

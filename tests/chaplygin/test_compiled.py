@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 from numba.core import types
-from support import CASES
 
+import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import EXTENDED, LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.compiling.signatures import CONSTRAINT, FIELD, VALUE
-from geomint.kernels.numbers.blocks import as_lanes, part, scalar_block
+from geomint.kernels.numbers.blocks import as_lanes, scalar_block
 from geomint.problems.forms import constant_density
+from tests.chaplygin.support import CASES
 
 LABELS = [
     "reduced-special-n3",
@@ -34,7 +35,7 @@ LABELS = [
     "neumann-n3",
     "clebsch-n4",
 ]
-# Of which most is in others too: among the slow tests.
+# Of which most is in others too: at night.
 LATER = {
     "reduced-full-n4",
     "ball-special-n4",
@@ -61,7 +62,7 @@ def marked(cases, *kinds):
     """Return all pairs of a kind and a case as parameters."""
     late = {kind: LATER if kind is LANE else LATER | LANES_FIRST for kind in kinds}
     return [
-        pytest.param(k, c, marks=[pytest.mark.slow] * (c.label in late[k]), id=f"{k}-{c}")
+        pytest.param(k, c, marks=[pytest.mark.nightly] * (c.label in late[k]), id=f"{k}-{c}")
         for k in kinds
         for c in cases
     ]
@@ -104,7 +105,7 @@ class Together:
     """All functions of a problem in one: an entry of its own for each would take long to compile."""
 
     def __init__(self, problem):
-        space, lines, self.rows, at = {"__name__": __name__, "part": part}, [], {}, 0
+        space, lines, self.rows, at = {"__name__": __name__, "part": gi.part}, [], {}, 0
         for i, (name, (f, rows)) in enumerate(functions_of(problem).items()):
             space[f"f{i}"] = f
             at, self.rows[name] = at + (rows or 1), slice(at, at + (rows or 1))
@@ -193,7 +194,7 @@ def _form_signature(kind, count):
     return types.void(SCALAR.block, *[kind.block] * (count - 1))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("case", CHOSEN, ids=str)
 def test_compiles_for_references(case):
     """Reference solutions run the fields on double-double numbers."""

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+from geomint.kernels.numbers.blocks import Block
+from tests.chaplygin.support import (
     CASES,
     DIMENSIONS,
     extended,
@@ -15,9 +18,6 @@ from support import (
     rng_for,
     value_of,
 )
-
-import chaplygin as ch
-from geomint.kernels.numbers.blocks import Block
 
 ROOTS = {  # norms: no derivative at zero
     *("orthogonality", "spatial-momentum", "vertical", "rolling", "twist", "forbidden"),

@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.manifold import wedge
+from tests.chaplygin.support import (
     DIMENSIONS,
     field_of,
     generator_of,
@@ -12,10 +16,6 @@ from support import (
     random_tangent,
     rng_for,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.manifold import wedge
 
 ZERO = 1e-12
 

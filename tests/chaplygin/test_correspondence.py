@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from tests.chaplygin.support import (
     DIMENSIONS,
     random_body,
     random_direction,
@@ -11,9 +14,6 @@ from support import (
     random_tangent,
     rng_for,
 )
-
-import chaplygin as ch
-import geomint as gi
 
 SEEDS = range(3)
 
@@ -65,7 +65,7 @@ def test_a_wrong_rate_is_a_defect(n):
         assert wrong.defect(y) == pytest.approx(2.0, abs=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "name", ["hamiltonization", "clebsch", "neumann", "gauss-map", "chaplygin-change"]
 )

@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.commuting_integrals import coefficient_tables
+from chaplygin.related.ellipsoid import chasles_integral
+from geomint.kernels.numbers.blocks import Block
+from tests.chaplygin.support import (
     DIMENSIONS,
     extended,
     field_of,
@@ -15,12 +21,6 @@ from support import (
     rng_for,
     value_of,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.commuting_integrals import coefficient_tables
-from chaplygin.related.ellipsoid import chasles_integral
-from geomint.kernels.numbers.blocks import Block
 
 
 def close(x, y, size=1.0):

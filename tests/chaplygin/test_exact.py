@@ -5,7 +5,12 @@ Every test runs over all patterns of equal a_i, sphere and body, in τ and in t.
 
 import numpy as np
 import pytest
-from exact_support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.exact.branch_points import separation_of
+from chaplygin.exact.symmetry import reduced_axes
+from tests.chaplygin.exact_support import (
     PATTERNS,
     TAU_AND_T,
     flow_of,
@@ -15,11 +20,6 @@ from exact_support import (
     turn_of,
     turned,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.exact.branch_points import separation_of
-from chaplygin.exact.symmetry import reduced_axes
 
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 
@@ -94,7 +94,7 @@ def test_both_problems_are_linear_in_the_same_angles(pattern):
         np.testing.assert_allclose(turned(found - expected), 0.0, atol=1e-12 * one.condition)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("pattern", ["3", "4", "5", "two-pairs", "triple-and-pair"])
 def test_against_integration(pattern):
     """gauss-8 with small steps, at τ = 1, 10², 10⁴ of the fastest angle's turns."""

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from exact_support import turned
-from support import random_special
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.exact_support import turned
+from tests.chaplygin.support import random_special
 
 
 @pytest.mark.parametrize("seed", range(4))

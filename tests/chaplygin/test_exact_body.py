@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support import random_body
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.support import random_body
 
 
 @pytest.mark.parametrize("f1", [0.0, 0.4, -1.3, 3.0])

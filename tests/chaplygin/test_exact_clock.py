@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from exact_support import parameters, problem_of, turn_of
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.exact_support import parameters, problem_of, turn_of
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_the_veselova_clock():
     assert float(exact.tau(run.t[-1])) == pytest.approx(20.0, rel=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_in_five_dimensions():
     flow = problem_of("5", "sphere-tau")
     exact = flow.exact(flow.random_state(2))

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exact_systems import ALL, components, each, each_system, own_end, span
 
 import chaplygin as ch
 import geomint as gi
 from geomint.run import progress
 from geomint.run.exact import trail
+from tests.chaplygin.exact_systems import ALL, components, each, each_system, own_end, span
 
 BALL = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0)
 SPHERE, REDUCED = BALL.hamiltonized(), BALL.reduced()
@@ -20,14 +20,14 @@ Y0 = REDUCED.canonical([0.48, 0.6, 0.64, 3.0, -4.0, 1.5])
 SAMPLES = 100  # in a quarter of the shortest period, about
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @each
 def test_against_samples(name: str) -> None:
     """Where samples change their sign there is an event, and where they do not none, or two."""
     compare_with_samples(name, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @each_system
 def test_against_samples_backwards(name: str) -> None:
     compare_with_samples(name, -1)

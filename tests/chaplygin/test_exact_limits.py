@@ -5,12 +5,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from exact_support import flow_of, problem_of, turn_of
 
 import chaplygin as ch
 import geomint as gi
 from chaplygin.exact import classical, clock, clock_series, flow, periods
 from geomint.compare.exact_reference import exact_reference
+from tests.chaplygin.exact_support import flow_of, problem_of, turn_of
 
 ULP = float(np.spacing(0.8))
 GAPS = (1e-1, 1e-5, 1e-9, 1e-12, 1e-14, ULP, 0.0)
@@ -329,7 +329,7 @@ def test_balls_of_any_momentum_and_nearly_parallel_vectors():
     assert 0 < found < 13
 
 
-@pytest.mark.parametrize("form", ["ball", pytest.param("body", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("form", ["ball", pytest.param("body", marks=pytest.mark.nightly)])
 def test_nearly_parallel_vectors_against_integration(form):
     """The start to rounding over the angle, and no error beyond the estimate."""
     for angle in (0.1, 0.01, 1e-3):

@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exact_systems import ALL, SYSTEMS, each, each_system, own_end, span
 
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
+from tests.chaplygin.exact_systems import ALL, SYSTEMS, each, each_system, own_end, span
 
 BALL = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0)
 SPHERE, REDUCED = BALL.hamiltonized(), BALL.reduced()
 Y0 = SPHERE.random_state(1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @each
 def test_states_are_those_of_steps(name: str) -> None:
     """In both times, forwards and backwards (special states by turns), by a fine run of gauss-8."""

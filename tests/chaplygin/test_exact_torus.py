@@ -7,13 +7,13 @@ own, its polynomial is interpolated, the differentials are those of powers of λ
 
 import numpy as np
 import pytest
-from exact_support import flow_of, problem_of
 from mpmath import mp, mpf
 
 import chaplygin as ch
 import geomint as gi
 from chaplygin.exact.whole_numbers import double_double, eliminated, root_of_quotient, whole_of
 from chaplygin.manifold import length
+from tests.chaplygin.exact_support import flow_of, problem_of
 
 DIGITS = 36
 ALLOWED = 1e-31  # of the fastest frequency

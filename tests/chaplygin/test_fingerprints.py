@@ -10,10 +10,11 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+import geomint as gi
 from geomint.kernels.compiling.bound import bind
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.compiling.signatures import FIELD
-from geomint.scene.load import builtin_scenes, load_scene
+from geomint.scene.load import builtin_scenes
 
 
 def recorded_in(value: Any, place: str) -> Iterator[tuple[str, Recorded]]:
@@ -31,7 +32,7 @@ def recorded_in(value: Any, place: str) -> Iterator[tuple[str, Recorded]]:
 def functions() -> Iterator[tuple[str, Recorded]]:
     """Yield the functions of all representations of all built-in scenes; fields bound as in a run."""
     for scene in builtin_scenes():
-        for name, problem in load_scene(scene).model.problems.items():
+        for name, problem in gi.load_scene(scene).model.problems.items():
             yield from recorded_in(problem, f"{scene}/{name}")
             if problem.field is not None:
                 rows = problem.rows

@@ -2,7 +2,16 @@
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+from chaplygin.manifold import (
+    flat_triangle,
+    skew_matrix,
+    triangle_of_vector,
+    vector_of_triangle,
+    wedge,
+)
+from tests.chaplygin.support import (
     CASES,
     DIMENSIONS,
     acted,
@@ -18,15 +27,6 @@ from support import (
     random_tangent,
     rng_for,
     value_of,
-)
-
-import chaplygin as ch
-from chaplygin.manifold import (
-    flat_triangle,
-    skew_matrix,
-    triangle_of_vector,
-    vector_of_triangle,
-    wedge,
 )
 
 SEEDS = range(3)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support import random_special
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.support import random_special
 
 
 @pytest.mark.parametrize("n", [2, 3, 4])

@@ -5,7 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.manifold import flat_triangle, skew_matrix
+from tests.chaplygin.support import (
     DIMENSIONS,
     random_direction,
     random_full,
@@ -13,10 +17,6 @@ from support import (
     rng_for,
     value_of,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.manifold import flat_triangle, skew_matrix
 
 moment = st.floats(1e-3, 1e3)
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+from tests.chaplygin.support import (
     CASES,
     DIMENSIONS,
     MADE,
@@ -22,8 +24,6 @@ from support import (
     value_of,
 )
 
-import chaplygin as ch
-
 MEASURED = [case for case in CASES if case.problem.measure]
 
 # Parameters that are 1/a are rounded: the vector field is not quite that of a.
@@ -40,7 +40,7 @@ def test_the_measure_is_invariant(case):
     assert abs(divergence(case.problem, case.y)) < ROUNDING
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("case", [c for c in MEASURED if not cheap(c)], ids=str)
 def test_the_measure_is_invariant_in_high_dimensions(case):
     assert abs(divergence(case.problem, case.y)) < ROUNDING

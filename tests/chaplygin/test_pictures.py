@@ -6,7 +6,6 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from exact_support import problem_of
 from matplotlib.figure import Figure
 
 import chaplygin as ch
@@ -14,6 +13,7 @@ import geomint as gi
 from chaplygin.pictures.command import exact as command
 from chaplygin.pictures.diagrams import draw_bifurcations, draw_rotation_numbers
 from chaplygin.pictures.motion import draw_vertical, motion_figure
+from tests.chaplygin.exact_support import problem_of
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def test_the_command(tmp_path):
         assert word in page
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("scene", ["veselova-classical", "rubber-ball-n3", "veselova-n4"])
 def test_pages_of_other_systems(scene, tmp_path):
     """Of any dimension, with and without a contact point."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from support import CASES
 
 from chaplygin.related.ellipsoid import Ellipsoid
 from geomint import TangentBundle
 from geomint.testing import check_problem, check_space
+from tests.chaplygin.support import CASES
 
 SMALL = [case for case in CASES if case.sphere.n < 5 and "attitude" not in case.label]
 

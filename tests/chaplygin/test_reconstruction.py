@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from support import random_special
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.support import random_special
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [2, 3, 4, pytest.param(5, marks=pytest.mark.nightly)])
 def test_along_the_exact_flow(n):
     """Against the contact problem integrated; vertical and contact point to rounding."""
     sphere = ch.ChaplyginSphere(inertia=random_special(n, 1))
@@ -28,7 +28,7 @@ def test_along_the_exact_flow(n):
     np.testing.assert_allclose(eye, np.broadcast_to(np.eye(n), eye.shape), atol=1e-14)
 
 
-@pytest.mark.parametrize("n", [3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [3, pytest.param(4, marks=pytest.mark.nightly)])
 def test_along_a_trajectory_with_momentum(n):
     """From (k, γ) by an integrator, momentum about the vertical and all; a given attitude."""
     sphere = ch.ChaplyginSphere(inertia=random_special(n, 3))

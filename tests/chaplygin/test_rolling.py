@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
-from rolling_support import RHO, ball, both, pieces, start
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.manifold import (
+    skew_matrix,
+    triangle_of_vector,
+    vector_of_triangle,
+    wedge,
+)
+from tests.chaplygin.rolling_support import RHO, ball, both, pieces, start
+from tests.chaplygin.support import (
     acted,
     extended,
     field_of,
@@ -16,15 +25,6 @@ from support import (
     rate,
     rng_for,
     value_of,
-)
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.manifold import (
-    skew_matrix,
-    triangle_of_vector,
-    vector_of_triangle,
-    wedge,
 )
 
 EACH_N = pytest.mark.parametrize("n", range(2, 7))
@@ -349,7 +349,7 @@ def test_homogeneous_ball_arrives_where_it_should():
 
 @EACH_INERTIA
 @pytest.mark.parametrize("method", ["gauss-2", "cf-4"])
-@pytest.mark.parametrize("which", [pytest.param(0, marks=pytest.mark.slow), 1])
+@pytest.mark.parametrize("which", [pytest.param(0, marks=pytest.mark.nightly), 1])
 def test_compiled_is_plain_python(method, make, which):
     """Field in lanes, generator, and in one case each the diagnostics, bit for bit."""
     problems, states = both(make, 3, k0=np.ones(3))

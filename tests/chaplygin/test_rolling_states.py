@@ -4,8 +4,13 @@ import numpy as np
 import pydantic
 import pytest
 from hypothesis import given, strategies as st
-from rolling_support import RHO, ball, both, pieces, start
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.manifold import skew_matrix, triangle_of_vector, upright, wedge
+from chaplygin.systems.rolling import ROLLING
+from tests.chaplygin.rolling_support import RHO, ball, both, pieces, start
+from tests.chaplygin.support import (
     generator_of,
     quiet_state,
     random_diagonal,
@@ -15,11 +20,6 @@ from support import (
     random_tangent,
     value_of,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.manifold import skew_matrix, triangle_of_vector, upright, wedge
-from chaplygin.systems.rolling import ROLLING
 
 
 def close(x, y, size=1.0):
@@ -204,7 +204,7 @@ def test_model_from_an_attitude_with_a_velocity():
         build(parameters | {"attitude": True}, {"g": g, "omega": omega})
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("name", "end"), [("rolling-ball-n3", 50.0), ("rolling-ball-n4", 20.0)])
 def test_scenes_run(name, end):
     """What is to be kept is kept, and the ball gets somewhere."""

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from support import DIMENSIONS, extended, mp, random_body, random_tangent
 
 import chaplygin as ch
 import geomint as gi
 from chaplygin.integrable import separation_integral, special_parameters
 from geomint.kernels.numbers.blocks import Block
+from tests.chaplygin.support import DIMENSIONS, extended, mp, random_body, random_tangent
 
 EPSILON = 2.0**-52
 

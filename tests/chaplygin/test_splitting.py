@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 from numba.core import types
-from support import CASES, DIMENSIONS, extended, mp, quiet_state, random_special, random_tangent
 
 import chaplygin as ch
 import geomint as gi
@@ -16,7 +15,15 @@ from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.numbers.blocks import Block, as_lanes, scalar_block
-from geomint.problems.evaluate import derivative, value
+from tests.chaplygin.support import (
+    CASES,
+    DIMENSIONS,
+    extended,
+    mp,
+    quiet_state,
+    random_special,
+    random_tangent,
+)
 
 EPSILON = 2.0**-52
 each_n = pytest.mark.parametrize("n", DIMENSIONS)
@@ -89,7 +96,7 @@ def test_parts_sum_to_the_hamiltonian(n, seed):
     problem, y = case(n, seed)
     assert problem.splitting.parts == n
     total = sum(hamiltonian(problem, k, y) for k in range(n))
-    energy = value(problem, problem.invariants["energy"], y)
+    energy = gi.value(problem, problem.invariants["energy"], y)
     size = sum(abs(hamiltonian(problem, k, y)) for k in range(n))
     assert abs(total - energy) <= 1e-14 * size
     assert size > 0.01
@@ -99,7 +106,7 @@ def test_parts_sum_to_the_hamiltonian(n, seed):
 def test_parts_sum_to_the_field(n):
     problem, y = case(n)
     only = dataclasses.replace(problem, field=None, hamiltonian=None)
-    np.testing.assert_allclose(derivative(only, y), derivative(problem, y), atol=1e-4)
+    np.testing.assert_allclose(gi.derivative(only, y), gi.derivative(problem, y), atol=1e-4)
 
 
 @each_n
@@ -270,7 +277,7 @@ def test_long_runs(n, name, h):
         assert sol.drift["K"].max_abs_error > 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_million_steps():
     """No slope of the energy or of the constraints."""
     problem, y0 = sphere(3)

@@ -5,7 +5,12 @@ import warnings
 import numpy as np
 import pytest
 from hypothesis import assume, given, strategies as st
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.initial_states import multiplier
+from chaplygin.manifold import length, skew_matrix, triangle_of_vector, vector_of_triangle, wedge
+from tests.chaplygin.support import (
     CASES,
     DIMENSIONS,
     generator_of,
@@ -16,11 +21,6 @@ from support import (
     rng_for,
     value_of,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.initial_states import multiplier
-from chaplygin.manifold import length, skew_matrix, triangle_of_vector, vector_of_triangle, wedge
 
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
 ON_SPHERE = (SPHERE.reduced(), SPHERE.hamiltonized())

@@ -8,11 +8,11 @@ from importlib.resources import files
 import numpy as np
 import pydantic
 import pytest
-from support import random_tangent, value_of
 
 import geomint as gi
 from chaplygin.manifold import wedge
 from geomint.watch.quantities import kind_of
+from tests.chaplygin.support import random_tangent, value_of
 
 SYSTEMS = {
     point.name: point.load()

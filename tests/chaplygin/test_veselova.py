@@ -4,7 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
-from support import (
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.commuting_integrals import coefficient_tables
+from chaplygin.integrable import separation_integral
+from chaplygin.manifold import flat_triangle, skew_matrix, triangle_of_vector, wedge
+from tests.chaplygin.support import (
     CASES,
     DIMENSIONS,
     divergence,
@@ -20,12 +26,6 @@ from support import (
     rng_for,
     value_of,
 )
-
-import chaplygin as ch
-import geomint as gi
-from chaplygin.commuting_integrals import coefficient_tables
-from chaplygin.integrable import separation_integral
-from chaplygin.manifold import flat_triangle, skew_matrix, triangle_of_vector, wedge
 
 # Random moments are those of bodies or not: the equations do not ask.
 pytestmark = pytest.mark.filterwarnings("ignore:moments")

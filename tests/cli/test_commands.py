@@ -100,14 +100,14 @@ def shortened(name):
     return [f"--{key.replace('_', '-')}", "5"]
 
 
-# One scene of each family of kernels; all others are among the slow tests.
+# One scene of each family of kernels; all others run at night.
 SOON = {"ball-3d", "hamiltonized-n3", "sphere-n3", "rolling-ball-n3", "ellipsoid-n4", "clebsch-n4"}
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.slow] * (name not in SOON))
+        pytest.param(name, marks=[pytest.mark.nightly] * (name not in SOON))
         for name in gi.scene_names()
     ],
 )

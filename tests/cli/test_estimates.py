@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main, options
-from geomint.plan import estimate, make_plan
+from geomint.plan import estimate
 from geomint.run import progress
 
 # What is in pictures: tests/report.
@@ -30,7 +30,7 @@ def test_a_short_run_is_bounded_by_its_sizes_alone(monkeypatch):
         raise AssertionError("tried")
 
     monkeypatch.setattr("geomint.plan.duration.solve", never)
-    found = estimate(make_plan(scene(tau_end=1000.0)))
+    found = estimate(gi.make_plan(scene(tau_end=1000.0)))
     assert not found.measured
     assert 0.0 < found.seconds < 60.0
     told = invoke("check", "hamiltonized-n3", "--tau-end", 1000).stdout
@@ -43,7 +43,7 @@ def test_a_long_one_is_tried(end):
     seconds = []
     for factor in (1.0, 100.0):
         long = scene(**{name: factor * value for name, value in end.items()})
-        found = estimate(make_plan(long.changed_integration("rk-4", 0.125)))
+        found = estimate(gi.make_plan(long.changed_integration("rk-4", 0.125)))
         assert found.measured
         seconds.append(found.seconds)
     assert math.isfinite(seconds[1])
@@ -130,7 +130,7 @@ def test_what_lasts_is_said(monkeypatch, capsys):
     pytest.fail("nothing was said")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_compare_says_what_does_not_fit(tmp_path):
     arguments = ["--methods", "rk-4,rattle-4", "--steps", "0.5,0.25", "--repeats", 1, "--t-end", 5]
     arguments += ["--reference", "exact"]

@@ -58,7 +58,7 @@ def warm(tmp_path_factory):
     return time.perf_counter() - begun
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
@@ -73,7 +73,7 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     assert {q["samples"] for q in entry["quantities"].values()} == {entry["run"]["steps"]}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_interrupted_methods_leave_a_report(warm, tmp_path):
     arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
@@ -90,8 +90,8 @@ def test_interrupted_methods_leave_a_report(warm, tmp_path):
 @pytest.mark.parametrize(
     ("number", "expected"),
     [
-        pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow),
-        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, 130, marks=pytest.mark.nightly),
+        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.nightly),
         (signal.SIGHUP, 129),
     ],
 )

@@ -104,7 +104,7 @@ def test_other_outputs_are_tried_too(option, tmp_path, nothing_begins):
 @pytest.mark.parametrize(
     "command",
     [
-        pytest.param(name, marks=[pytest.mark.slow] * (name in ("compare", "exact")))
+        pytest.param(name, marks=[pytest.mark.nightly] * (name in ("compare", "exact")))
         for name in COMMANDS
         if name != "stress"
     ],

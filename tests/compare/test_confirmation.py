@@ -406,7 +406,7 @@ def test_a_problem_without_a_field_cannot_be_confirmed():
         confirm(problem, np.ones(3), 1.0, on_circle)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_chaotic_and_restful_motions_of_the_sphere():
     """Neumann's system from rest, from which Gauss methods once went astray, and for long."""
     problem, y0 = neumann.problem(), neumann.initial()

@@ -17,9 +17,7 @@ from geomint.compare.peers.peer import End, Motion, Peer, PeerError, Ready
 from geomint.compare.peers.scipy_peer import compiled_field
 from geomint.compare.runs import compare
 from geomint.kernels.numbers.traced import Algebra
-from geomint.problems.evaluate import derivative
 from geomint.problems.formulas import traced_field
-from geomint.problems.systems import Model
 from geomint.problems.testproblems import henon_heiles
 from geomint.report.compare_page import write_compare_report
 from tests.problems import examples, spherical_pendulum
@@ -30,8 +28,8 @@ PENDULUM = spherical_pendulum.problem(), spherical_pendulum.INITIAL
 NUMPY = Algebra(np, np.less, np.less_equal, np.where)
 
 
-def model_of(problem: gi.Problem, y0: np.ndarray) -> Model:
-    return Model({problem.name: problem}, {problem.name: y0})
+def model_of(problem: gi.Problem, y0: np.ndarray) -> gi.Model:
+    return gi.Model({problem.name: problem}, {problem.name: y0})
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -40,7 +38,7 @@ def test_a_traced_field_is_the_field(name: str) -> None:
     problem, y0 = EXAMPLES[name]
     for t in (0.0, 0.7):
         traced = traced_field(problem, NUMPY, t, [float(x) for x in y0])
-        right = derivative(problem, y0, t)
+        right = gi.derivative(problem, y0, t)
         np.testing.assert_allclose(
             np.array(traced, dtype=float), right, rtol=0, atol=1e-14 * np.abs(right).max()
         )
@@ -103,8 +101,8 @@ def test_the_compiled_field_is_the_field() -> None:
     problem, y0 = PENDULUM
     field = compiled_field(Motion(problem, y0, 1.0))
     one, two = field(0.0, y0), field(0.0, 2.0 * y0)
-    np.testing.assert_array_equal(one, derivative(problem, y0))
-    np.testing.assert_array_equal(two, derivative(problem, 2.0 * y0))
+    np.testing.assert_array_equal(one, gi.derivative(problem, y0))
+    np.testing.assert_array_equal(two, gi.derivative(problem, 2.0 * y0))
 
 
 def test_peers_run_beside_methods(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ import pytest
 import geomint as gi
 from geomint.compare import of_scene
 from geomint.compare.ladder import STEP_FACTORS
-from geomint.methods import Gauss, find_method
 
 NAMES = ["gauss-8", "rattle-4", "rk-4"]
 
@@ -31,7 +30,7 @@ def scene() -> gi.Scene:
 def test_methods_that_are_still_to_come(scene: gi.Scene, at: str, left: list[str]) -> None:
     """From the other end, unless the reference comes first."""
     tasks = of_scene.warming(scene, NAMES, at)
-    assert [find_method(task.args[1]).name for task in tasks] == left
+    assert [gi.find_method(task.args[1]).name for task in tasks] == left
 
 
 def test_the_scenes_own_method_keeps_its_options(scene: gi.Scene) -> None:
@@ -50,7 +49,7 @@ def test_runs_are_those_of_the_comparison(scene: gi.Scene, monkeypatch: pytest.M
         raise gi.ConvergenceError(0.0, 0, 1.0, 1, "as a step that is too long")
 
     monkeypatch.setattr(of_scene, "solve", noted)
-    of_scene.warm_method(scene, Gauss(8))
+    of_scene.warm_method(scene, gi.Gauss(8))
     (first, timed), (second, watched) = runs
     assert first == second == scene.problem.name
     assert timed["tau_end"] == scene.content.time.tau_end
@@ -58,7 +57,7 @@ def test_runs_are_those_of_the_comparison(scene: gi.Scene, monkeypatch: pytest.M
     assert "observe" not in timed
     assert watched["t_end"] > 0.0
     assert watched["observe"] == [*scene.problem.invariants, *scene.problem.constraints]
-    own = Gauss(8).default_step(scene.problem, scene.state, timed["tau_end"])
+    own = gi.Gauss(8).default_step(scene.problem, scene.state, timed["tau_end"])
     assert (
         timed["step"] == watched["step"] == STEP_FACTORS[0] * (scene.content.integrate.step or own)
     )

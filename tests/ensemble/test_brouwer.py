@@ -90,7 +90,7 @@ def test_the_quick_form_of_one_method(scripts: dict[str, ModuleType], tmp_path: 
     law(record["methods"]["dop853"]["quantities"], "random", ("energy", "K", "norm", "phase"))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_quick_form(scripts: dict[str, ModuleType]) -> None:
     """Of all methods."""
     found = scripts["brouwer"].main(["--quick"])["methods"]

@@ -156,7 +156,7 @@ def test_ctrl_c_ends_what_threads_of_an_executor_have_begun(monkeypatch) -> None
     assert not (many.status == "success").any()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_killed_process_keeps_finished_members() -> None:
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         number = pool.submit(os.getpid).result()
@@ -168,7 +168,7 @@ def test_a_killed_process_keeps_finished_members() -> None:
     assert (told.value.partial.status == "not run").any()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_dask_goes_on_when_a_worker_is_killed() -> None:
     """A scheduler and two workers, processes of this machine; one is killed under way."""
     from distributed import Client, LocalCluster

@@ -55,7 +55,7 @@ def equal(one: np.ndarray, other: np.ndarray) -> bool:
 
 @pytest.mark.parametrize(
     ("rounds", "seed"),
-    [(4, 1), *(pytest.param(12, seed, marks=pytest.mark.slow) for seed in range(2, 6))],
+    [(4, 1), *(pytest.param(12, seed, marks=pytest.mark.nightly) for seed in range(2, 6))],
 )
 def test_killed_at_random_moments(rounds: int, seed: int, tmp_path: Path) -> None:
     asked: dict = {}
@@ -126,7 +126,7 @@ def test_states_of_all_members_are_never_in_memory(tmp_path: Path) -> None:
     assert np.array_equal(some.stored["y"][-1, -1], alone.y[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="peaks of memory are asked of Unix")
 def test_a_million_members_with_readings(tmp_path: Path) -> None:
     grown, _, seconds = measured(tmp_path / "a.zarr", 10**6, "readings")

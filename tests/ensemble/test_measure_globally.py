@@ -25,13 +25,13 @@ def script() -> Iterator[ModuleType]:
         yield importlib.import_module("measure_globally")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(2))
 def test_a_method_that_keeps_it_is_not_told_from_the_measure(script: ModuleType, seed: int) -> None:
     assert script.chances("gauss-8", seed, [1000], PERMUTATIONS)[0] > KEPT
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore:.*steps of .* are so long:geomint.GeomintWarning")
 @pytest.mark.parametrize("case", ["gauss-8, uniform density", "heun-2"])
 def test_a_wrong_density_and_a_method_that_heats_are(script: ModuleType, case: str) -> None:

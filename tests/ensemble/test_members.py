@@ -22,7 +22,7 @@ STATES = np.random.default_rng(7).uniform(-0.2, 0.2, (21, 4))
 
 LANES = ("rk-4", "dop853", "cf-4", "cg-3", "rkmk-4", "rkmk-cayley-4", "verlet-2", "verlet-6")
 ALONE = ("gauss-2", "gauss-8", "rattle-2", "lobatto-4", "gauss-1-suzuki-4")
-FAST = {  # every method once, every kind of problem: others are among the slow tests
+FAST = {  # every method once, every kind of problem: others run at night
     "hamiltonized-n3": ("verlet-2", "rattle-2", "lobatto-4", "gauss-8"),
     "ball-3d": ("rk-4", "cf-4", "cg-3", "rkmk-4", "rkmk-cayley-4", "gauss-2"),
     "neumann-n3": ("dop853", "verlet-6", "gauss-1-suzuki-4"),
@@ -31,7 +31,7 @@ SLOW = ("sphere-n3", "ball-poisson", "veselova-n4", "rolling-ball-n3")
 PAIRS = [
     *((scene, name) for scene, names in FAST.items() for name in names),
     *(
-        pytest.param(scene, name, marks=pytest.mark.slow)
+        pytest.param(scene, name, marks=pytest.mark.nightly)
         for scene in SLOW
         for name in (*LANES, *ALONE)
         if gi.find_method(name).needs in gi.load_scene(scene).problem.forms

@@ -118,11 +118,11 @@ def test_as_in_memory_and_without_its_code(kind: str, tmp_path: Path) -> None:
     ("kind", "end"),
     [
         *(
-            pytest.param(kind, KeyboardInterrupt, marks=[pytest.mark.slow] * (i > 2))
+            pytest.param(kind, KeyboardInterrupt, marks=[pytest.mark.nightly] * (i > 2))
             for i, kind in enumerate(KINDS)
         ),
         ("states", RuntimeError),
-        pytest.param("readings", RuntimeError, marks=pytest.mark.slow),
+        pytest.param("readings", RuntimeError, marks=pytest.mark.nightly),
     ],
 )
 def test_going_on(

@@ -11,13 +11,13 @@ from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
 
-import hostile
 import numpy as np
-from judge import Judged, alarm, judged, only_finite
-from scenes import mutated_content
 
 import chaplygin as ch
 import geomint as gi
+from tests.fuzz import hostile
+from tests.fuzz.judge import Judged, alarm, judged, only_finite
+from tests.fuzz.scenes import mutated_content
 from tests.problems import examples
 
 __all__ = ["call_verdict", "calls"]

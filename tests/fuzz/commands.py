@@ -17,10 +17,9 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
-import hostile
-import saved
-from judge import Judged, command_verdict
-from scenes import mutated_text, originals, short, toml_text
+from tests.fuzz import hostile, saved
+from tests.fuzz.judge import Judged, command_verdict
+from tests.fuzz.scenes import mutated_text, originals, short, toml_text
 
 __all__ = ["line_verdict"]
 

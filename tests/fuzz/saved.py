@@ -17,11 +17,11 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
-from hostile import NUMBERS, STRINGS
-from judge import Judged, judged
 from scipy.io import netcdf_file
 
 import geomint as gi
+from tests.fuzz.hostile import NUMBERS, STRINGS
+from tests.fuzz.judge import Judged, judged
 from tests.problems import examples
 
 __all__ = ["MARK", "file_verdict", "genuine", "with_code"]

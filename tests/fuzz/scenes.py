@@ -10,12 +10,11 @@ from functools import cache
 from random import Random
 from typing import Any
 
-import hostile
-
-from geomint.methods import method_names
+import geomint as gi
 from geomint.problems.systems import find_system, system_names
 from geomint.scene.load import builtin_scenes
 from geomint.scene.model import Content
+from tests.fuzz import hostile
 
 __all__ = ["mutated_content", "mutated_text", "toml_text"]
 
@@ -140,8 +139,8 @@ def _likely(rng: Random, key: str) -> Any:
     """Return a value that a key might have in some scene, and that may not fit this one."""
     names = {
         "name": system_names,
-        "method": method_names,
-        "methods": lambda: [rng.choice(method_names()), "gauss-4:0.1"],
+        "method": gi.method_names,
+        "methods": lambda: [rng.choice(gi.method_names()), "gauss-4:0.1"],
         "representation": lambda: ["own", "ball", "classical", "reduced", "lr", "contact"],
         "crossing": _likely_events,
         "first": _likely_events,

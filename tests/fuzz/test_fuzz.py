@@ -4,52 +4,51 @@ from __future__ import annotations
 
 from random import Random
 
-import hostile
-import judge
 import pytest
-import scenes
-from calls import call_verdict, calls
-from commands import line_verdict
-from hypothesis import given, settings, strategies as st
-from judge import Judged, check_scene, command_verdict, judged, only_finite
-from saved import file_verdict
+from hypothesis import given, strategies as st
 
 import geomint as gi
+from tests.fuzz import hostile, judge, scenes
+from tests.fuzz.calls import call_verdict, calls
+from tests.fuzz.commands import line_verdict
+from tests.fuzz.judge import Judged, check_scene, command_verdict, judged, only_finite
+from tests.fuzz.saved import file_verdict
+from tests.rows import examples
 
 SECONDS = 10.0
 RANDOM = st.randoms(use_true_random=False)
 
 
-@settings(max_examples=80)
+@examples(80)
 @given(RANDOM)
 def test_scenes_are_checked(rng: Random) -> None:
     found = check_scene(scenes.mutated_text(rng), [])
     assert not found.bad, found
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(RANDOM)
 def test_calls_are_answered(rng: Random) -> None:
     found = call_verdict(rng, SECONDS)
     assert not found.bad, found
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(RANDOM)
 def test_saved_runs_are_refused_or_read(rng: Random) -> None:
     found = file_verdict(rng)
     assert not found.bad, found
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(RANDOM)
 def test_commands_lose_and_run_nothing(rng: Random) -> None:
     found = line_verdict(rng, SECONDS)
     assert not found.bad, found
 
 
-@pytest.mark.slow
-@settings(max_examples=30)
+@pytest.mark.nightly
+@examples(30)
 @given(RANDOM)
 def test_scenes_are_run(rng: Random) -> None:
     found = judge.run_scene(scenes.mutated_text(rng, run=True), SECONDS)

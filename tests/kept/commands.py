@@ -12,9 +12,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from library import Runs
-
 import geomint as gi
+from tests.kept.library import Runs
 
 # Scenes with an early end, what section and scan look at, and the method of compare.
 SCENES = """ball-3d --t-end=4 gamma[0] D=1:2:3 cf-4 | sphere-n3 --t-end=20 gamma[2] D=4:6:3 gauss-8

@@ -91,7 +91,8 @@ def environment(checkout: Path, folder: Path, cache: Path, seed: int) -> dict[st
         f"[{group}]\n" + "\n".join(map(" = ".join, own.items())) for group, own in groups.items()
     )
     (info / "entry_points.txt").write_text("\n".join(lines), "utf-8")
-    paths = {"PYTHONPATH": f"{folder}{os.pathsep}{checkout / 'src'}", "NUMBA_CACHE_DIR": str(cache)}
+    own = os.pathsep.join(map(str, (folder, checkout / "src", Path(__file__).parents[2])))
+    paths = {"PYTHONPATH": own, "NUMBA_CACHE_DIR": str(cache)}
     paths |= {"PYTHONPYCACHEPREFIX": str(cache / "pyc"), "PYTHONDONTWRITEBYTECODE": ""}
     shown = {"COLUMNS": "100", "TERM": "dumb", "NO_COLOR": "1", "MPLBACKEND": "Agg"}
     return {**os.environ, **paths, **shown, "PYTHONHASHSEED": str(seed)}

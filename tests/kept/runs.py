@@ -86,10 +86,8 @@ def main(checkout: str, *patterns: str) -> None:
     """Run what fits a pattern, the last first after ``--backwards``; write (name, values, seconds)."""
     with os.fdopen(os.dup(1), "wb") as results:
         os.dup2(2, 1)  # what a run prints by itself is no result
-        import commands
-        import library
-
         import geomint
+        from tests.kept import commands, library
 
         if not Path(geomint.__file__).is_relative_to(checkout):
             sys.exit(f"geomint is {geomint.__file__}, not of {checkout}")

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import compare
+from tests.kept import compare
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 ROOT = Path(__file__).parents[2]
 # Where a number is moved to its neighbour, as a pattern of the sources whose group is the number, or
 # what computes it; a run of the quick ones that finds it; what is written there, if it is no number.

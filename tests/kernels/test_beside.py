@@ -154,7 +154,7 @@ with beside.compiled_beside(lambda: [run]):
 COMPILING = "geomint: compiling (once, then kept in the cache)\n"  # what a script is told, once
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("broken", [False, True])
 def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
     """Where another process compiles for them, and where it ends before it has begun."""

@@ -9,17 +9,17 @@ import weakref
 import numpy as np
 import pytest
 
+import geomint as gi
 from geomint.kernels.compiling.call import Code
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
-from geomint.kernels.compiling.recorded import Recorded, helper
+from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.numbers.blocks import (
     Block,
     LaneBlock,
     as_lanes,
     as_singles,
     fixed_rows,
-    part,
     scalar_block,
 )
 from geomint.kernels.numbers.lanes import LANES, Lanes
@@ -35,12 +35,12 @@ def both_ways(function: Recorded, *kinds: str) -> tuple[object, object]:
     return function, compile_function(function, types.int64(*blocks))
 
 
-@helper
+@gi.helper
 def lengths(y, out):
     """Write the row counts of parts and of parts of parts."""
-    middle = part(y, 2, 5)
-    inner = part(middle, 1, 3)
-    nothing = part(inner, 3, 0)
+    middle = gi.part(y, 2, 5)
+    inner = gi.part(middle, 1, 3)
+    nothing = gi.part(inner, 3, 0)
     out[0] = 1.0 * len(y)
     out[1] = 1.0 * len(middle)
     out[2] = 1.0 * len(inner)
@@ -86,11 +86,11 @@ def test_parts_of_lanes_share_memory() -> None:
         np.testing.assert_array_equal(y.data, data)
 
 
-@helper
+@gi.helper
 def through_lanes(y, out):
     """Double the lanes of rows 1 … 2 of the numbers from 3 on, and count as scalars again."""
     lanes = as_lanes(y, 3, 3)
-    two = part(lanes, 1, 2)
+    two = gi.part(lanes, 1, 2)
     for i in range(len(two)):
         two[i] = two[i] * 2.0
     flat = as_singles(two)
@@ -109,7 +109,7 @@ def test_numbers_as_lanes_and_back() -> None:
         np.testing.assert_array_equal(y.data[3 + LANES : 3 + 3 * LANES], expected)
 
 
-@helper
+@gi.helper
 def gather(y, out):
     for i in range(len(out)):
         out[i] = y[i]
@@ -140,10 +140,10 @@ def test_bad_rows_are_refused_in_python() -> None:
         lanes[-1]
     for start, rows in ((-1, 2), (0, 7), (6, 1), (0, -1), (7, 0)):
         with pytest.raises(IndexError):
-            part(block, start, rows)
+            gi.part(block, start, rows)
     with pytest.raises(IndexError):
         as_lanes(block, 0, 1)
-    assert len(part(block, 6, 0)) == 0
+    assert len(gi.part(block, 6, 0)) == 0
 
 
 def test_lane_values_are_values() -> None:

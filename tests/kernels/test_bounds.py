@@ -123,7 +123,7 @@ def test_bounds_are_checked(tmp_path: Path) -> None:
     assert done.stdout == "checked\n"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_kernels_stay_within_their_blocks(tmp_path: Path) -> None:
     """One method of each family on two problems, with every access checked; the measure once."""
     script = tmp_path / "script.py"

@@ -130,7 +130,7 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert other.results != first.results
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_nothing_is_specialised_to_a_function(tmp_path: Path) -> None:
     """A stepper is compiled once for all fields: a call adds no specialisation."""
     two = SOLVE + FIELD.replace("gi.sin(y[0])", "y[0]") + SOLVE
@@ -152,7 +152,7 @@ NAMESAKES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", NAMESAKES)
 def test_namesakes_are_kept_apart(kind: str, tmp_path: Path) -> None:
     """A process that finds the code of two others in the cache runs each for itself."""
@@ -194,7 +194,7 @@ first, second = made(-1.0), made(-2.0)
 
 @pytest.mark.parametrize(
     "filename",
-    ["<ipython-input-1-abc>", pytest.param("/tmp/ipykernel_123/456.py", marks=pytest.mark.slow)],
+    ["<ipython-input-1-abc>", pytest.param("/tmp/ipykernel_123/456.py", marks=pytest.mark.nightly)],
 )
 def test_a_notebook_cell(filename: str, tmp_path: Path) -> None:
     """Cells have no file, and live in __main__."""
@@ -207,7 +207,7 @@ for source in ({FIELD!r}, {SOLVE_ONCE!r}):
     assert_found(*(run("-c", cell, cache=tmp_path) for _ in range(2)))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_edited_helper_is_seen(tmp_path: Path) -> None:
     """Neither numba nor the field's own file would tell."""
     helper = (

@@ -53,7 +53,10 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
 
 @pytest.mark.parametrize(
     "damage",
-    [name if name == "flipped" else pytest.param(name, marks=pytest.mark.slow) for name in DAMAGES],
+    [
+        name if name == "flipped" else pytest.param(name, marks=pytest.mark.nightly)
+        for name in DAMAGES
+    ],
 )
 def test_damaged_code_is_compiled_anew(damage: str, warm: tuple[Path, Outcome]) -> None:
     """Whatever was done to all files of the cache: the same bits, and a sound cache after it."""

@@ -7,42 +7,39 @@ import numpy as np
 import pytest
 from numba.core import types
 
+import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import EXTENDED
-from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import FIELD
-from geomint.kernels.numbers.arithmetic import maximum, select, sqrt
 from geomint.kernels.numbers.blocks import as_lanes, scalar_block
-from geomint.kernels.numbers.circular import atan2, cos, sin, tan
 from geomint.kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
-from geomint.kernels.numbers.exponential import exp, log, pow, tanh
 
 DIGITS = 2.0**-100  # relative; the operations promise about 2⁻¹⁰⁴
 
 
-@helper
+@gi.helper
 def operations(params, t, y, out, work):
     x, z = y[0], y[1]
     out[0] = x + z
     out[1] = x - z
     out[2] = x * z
     out[3] = x / z
-    out[4] = sqrt(x * x + z * z)
-    out[5] = sin(x)
-    out[6] = cos(x)
+    out[4] = gi.sqrt(x * x + z * z)
+    out[5] = gi.sin(x)
+    out[6] = gi.cos(x)
     out[7] = abs(-x) + 1
     out[8] = 0.1 * x - z / 3.0
-    out[9] = maximum(x, z)
-    out[10] = select(x < z, x, z)
+    out[9] = gi.maximum(x, z)
+    out[10] = gi.select(x < z, x, z)
     out[11] = params[0] * x + 2
-    out[12] = tan(x)
-    out[13] = atan2(z, x)
-    out[14] = exp(x / 8.0)
-    out[15] = log(abs(z))
-    out[16] = pow(abs(z), x / 32.0)
-    out[17] = pow(x, 3)
-    out[18] = tanh(z)
-    out[19] = pow(x - x, 0.5) + pow(-abs(x), 0.0)
+    out[12] = gi.tan(x)
+    out[13] = gi.atan2(z, x)
+    out[14] = gi.exp(x / 8.0)
+    out[15] = gi.log(abs(z))
+    out[16] = gi.pow(abs(z), x / 32.0)
+    out[17] = gi.pow(x, 3)
+    out[18] = gi.tanh(z)
+    out[19] = gi.pow(x - x, 0.5) + gi.pow(-abs(x), 0.0)
 
 
 def exact(x, z, params):
@@ -123,7 +120,7 @@ def test_eight_at_a_time_agree_with_mpmath(scale):
             assert abs(found - truth) <= DIGITS * max(size, abs(z) if row < 2 else 0), row
 
 
-@helper
+@gi.helper
 def run_in_lanes(f, params, y, out):
     lanes = as_lanes(y, 0, 2)
     f(params, 0.0 * lanes[0], lanes, as_lanes(out, 0, ROWS), as_lanes(out, 0, 0))

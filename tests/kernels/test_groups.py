@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, strategies as st
 from mpmath import mp
 
+import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
@@ -18,15 +19,13 @@ from geomint.kernels.groups.so3 import SMALL
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES
 from geomint.methods.rkmk import coordinates_of
-from geomint.problems.forms import Group
-from geomint.problems.groups import so3, so_n, translations
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52
 PIECES = ("vector", "adjoint", "frame")
 
 
-def sizes(group: Group, n: int, pieces: tuple[str, ...]) -> int:
+def sizes(group: gi.Group, n: int, pieces: tuple[str, ...]) -> int:
     """Rows of a state made of pieces."""
     return sum({"vector": n, "adjoint": n * (n - 1) // 2, "frame": n * n}[p] for p in pieces)
 
@@ -38,12 +37,12 @@ def skew(flat: np.ndarray, n: int) -> np.ndarray:
     return x - x.T
 
 
-def act(group: Group, xi: np.ndarray, y: np.ndarray) -> np.ndarray:
+def act(group: gi.Group, xi: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The increment, by plain Python."""
     return call(group.act, group, xi, y)
 
 
-def call(function: Recorded, group: Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def call(function: Recorded, group: gi.Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Any function of a group, by plain Python."""
     out, work = np.zeros(len(y)), Block(np.zeros(group.work + 2 * group.algebra_rows))
     with np.errstate(invalid="ignore", over="ignore"):
@@ -51,7 +50,7 @@ def call(function: Recorded, group: Group, x: np.ndarray, y: np.ndarray) -> np.n
     return out
 
 
-def bracket(group: Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def bracket(group: gi.Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return call(group.bracket, group, x, y)
 
 
@@ -111,7 +110,7 @@ def test_so3_turns_vectors(angle: float, rng: np.random.Generator) -> None:
     axis = rng.standard_normal(3)
     xi = axis * (angle / np.linalg.norm(axis))
     y = rng.standard_normal(6)
-    found = act(so3(2), xi, y)
+    found = act(gi.so3(2), xi, y)
     hat = np.array([-xi[2], xi[1], -xi[0]])  # the flat triangle of x̂
     exact = exact_action(3, ("vector", "vector"), hat, y)
     size = min(angle, 2.0) * np.max(np.abs(y)) + 1e-300
@@ -123,7 +122,7 @@ def test_so3_turns_vectors(angle: float, rng: np.random.Generator) -> None:
 @given(n=st.integers(2, 6), angle=angles, rng=directions)
 def test_so_n_acts_on_all_pieces(n: int, angle: float, rng: np.random.Generator) -> None:
     """Vectors, skew matrices and frames, right to rounding."""
-    group = so_n(n, *PIECES)
+    group = gi.so_n(n, *PIECES)
     xi = rng.standard_normal(group.algebra_rows)
     xi *= angle / np.linalg.norm(xi)
     y = rng.standard_normal(sizes(group, n, PIECES))
@@ -135,7 +134,7 @@ def test_so_n_acts_on_all_pieces(n: int, angle: float, rng: np.random.Generator)
 @given(n=st.integers(2, 7), size=st.floats(0.0, 6.0), rng=directions)
 def test_huge_turns_are_orthogonal(n: int, size: float, rng: np.random.Generator) -> None:
     """EᵀE = 1 to roundings, where doublings alone would have lost up to half of the digits."""
-    group, one = so_n(n, "frame"), np.eye(n)
+    group, one = gi.so_n(n, "frame"), np.eye(n)
     e = one + act(group, scaled(rng, group.algebra_rows, 10.0**size), one.ravel()).reshape(n, n)
     np.testing.assert_allclose(e.T @ e, one, rtol=0, atol=8 * n * EPSILON * 4.0)
 
@@ -143,13 +142,13 @@ def test_huge_turns_are_orthogonal(n: int, size: float, rng: np.random.Generator
 @pytest.mark.parametrize("size", [1e9, 1e100, 1e300])
 def test_turns_of_no_meaning_are_refused(size: float) -> None:
     """At a billion turns the angle has lost more than half of its digits."""
-    assert np.isnan(act(so_n(3, "vector"), size * np.ones(3), np.ones(3))).all()
+    assert np.isnan(act(gi.so_n(3, "vector"), size * np.ones(3), np.ones(3))).all()
 
 
 @given(n=st.integers(2, 5), rng=directions)
 def test_so_n_bracket(n: int, rng: np.random.Generator) -> None:
     """[X, Y] = XY − YX, skew and of the right sign."""
-    group = so_n(n)
+    group = gi.so_n(n)
     x, y = rng.standard_normal((2, group.algebra_rows))
     X, Y = skew(x, n), skew(y, n)
     expected = (X @ Y - Y @ X)[np.triu_indices(n, 1)]
@@ -165,12 +164,12 @@ def test_so3_and_so_n_are_the_same_group(rng: np.random.Generator) -> None:
     def hat(w: np.ndarray) -> np.ndarray:
         return np.array([-w[2], w[1], -w[0]])
 
-    np.testing.assert_allclose(bracket(so3(1), x, y), np.cross(x, y), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(bracket(gi.so3(1), x, y), np.cross(x, y), rtol=0, atol=1e-14)
     np.testing.assert_allclose(
-        bracket(so_n(3), hat(x), hat(y)), hat(np.cross(x, y)), rtol=0, atol=1e-14
+        bracket(gi.so_n(3), hat(x), hat(y)), hat(np.cross(x, y)), rtol=0, atol=1e-14
     )
     np.testing.assert_allclose(
-        act(so3(1), x, v), act(so_n(3, "vector"), hat(x), v), rtol=0, atol=1e-14
+        act(gi.so3(1), x, v), act(gi.so_n(3, "vector"), hat(x), v), rtol=0, atol=1e-14
     )
 
 
@@ -192,7 +191,7 @@ def scaled(rng: np.random.Generator, rows: int, size: float) -> np.ndarray:
 @given(n=st.integers(2, 6), size=inside, rng=directions)
 def test_cayley_acts_on_all_pieces(n: int, size: float, rng: np.random.Generator) -> None:
     """Right to rounding, relative to the increment, on SO(n) and on SO(3) by its own formula."""
-    group = so_n(n, *PIECES)
+    group = gi.so_n(n, *PIECES)
     xi = scaled(rng, group.algebra_rows, size)
     y = rng.standard_normal(sizes(group, n, PIECES))
     found = call(group.cayley, group, xi, y)
@@ -201,7 +200,7 @@ def test_cayley_acts_on_all_pieces(n: int, size: float, rng: np.random.Generator
     assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
     if n == 3:
         vectors = rng.standard_normal(6)
-        found = call(so3(2).cayley, so3(2), from_triangle(xi), vectors)
+        found = call(gi.so3(2).cayley, gi.so3(2), from_triangle(xi), vectors)
         exact = exact_action(3, ("vector", "vector"), xi, vectors, "cayley")
         assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
 
@@ -209,7 +208,7 @@ def test_cayley_acts_on_all_pieces(n: int, size: float, rng: np.random.Generator
 @given(n=st.integers(2, 9), size=st.floats(0.0, 7.99), rng=directions)
 def test_cayley_is_orthogonal(n: int, size: float, rng: np.random.Generator) -> None:
     """EᵀE = 1 to roundings, as far as the coordinates go."""
-    group = so_n(n, "frame")
+    group = gi.so_n(n, "frame")
     one = np.eye(n)
     m = call(group.cayley, group, scaled(rng, group.algebra_rows, size), one.ravel())
     e = one + m.reshape(n, n)
@@ -234,29 +233,29 @@ def differential(chart: str, n: int, u: np.ndarray, w: np.ndarray) -> np.ndarray
 @given(n=st.integers(2, 5), size=inside, rng=directions)
 def test_inverse_differential_of_cayley(n: int, size: float, rng: np.random.Generator) -> None:
     """dcay_u(dcay_u⁻¹ v) = v, for left actions: (d/dt) cay(u) = dcay_u(u̇) cay(u)."""
-    group = so_n(n)
+    group = gi.so_n(n)
     u, v = scaled(rng, group.algebra_rows, size), rng.standard_normal(group.algebra_rows)
     w = call(group.dcayinv, group, u, v)
     atol = 64 * EPSILON * (1.0 + size) ** 2 * np.max(np.abs(v))
     np.testing.assert_allclose(differential("cayley", n, u, w), v, rtol=0, atol=atol)
     if n == 3:
-        other = call(so3(1).dcayinv, so3(1), from_triangle(u), from_triangle(v))
+        other = call(gi.so3(1).dcayinv, gi.so3(1), from_triangle(u), from_triangle(v))
         np.testing.assert_allclose(other, from_triangle(w), rtol=0, atol=atol)
 
 
 @given(size=inside, rng=directions)
 def test_inverse_differential_of_rotations(size: float, rng: np.random.Generator) -> None:
     """dexp_u(dexp_u⁻¹ v) = v by the closed form, beyond π too; the pole at 2π magnifies rounding."""
-    group = so_n(3)
+    group = gi.so_n(3)
     u, v = scaled(rng, 3, size), rng.standard_normal(3)
     w = call(group.dexpinv, group, u, v)
     atol = 64 * EPSILON / (1.0 - size / (2 * np.pi)) * np.max(np.abs(v))
     np.testing.assert_allclose(differential("act", 3, u, w), v, rtol=0, atol=atol)
-    other = call(so3(1).dexpinv, so3(1), from_triangle(u), from_triangle(v))
+    other = call(gi.so3(1).dexpinv, gi.so3(1), from_triangle(u), from_triangle(v))
     np.testing.assert_allclose(other, from_triangle(w), rtol=0, atol=atol)
 
 
-def series(group: Group, order: int) -> Recorded:
+def series(group: gi.Group, order: int) -> Recorded:
     """The truncated series of dexp⁻¹, whatever closed form there may be."""
     return coordinates_of(replace(group, dexpinv=None), "exp", order)[1]
 
@@ -264,7 +263,7 @@ def series(group: Group, order: int) -> Recorded:
 @pytest.mark.parametrize("n", [3, 4, 5])
 def test_the_series_of_the_inverse_differential(n: int) -> None:
     """Kept up to ad^(p−2): what is left out is of size (|ad_u|/2π)^(p−1), to machine precision."""
-    group, rng = so_n(n), np.random.default_rng(n)
+    group, rng = gi.so_n(n), np.random.default_rng(n)
     u, v = scaled(rng, group.algebra_rows, 0.5), scaled(rng, group.algebra_rows, 1.0)
     for order in (2, 3, 4, 8, 24):
         w = call(series(group, order), group, u, v)
@@ -279,7 +278,7 @@ def test_the_series_of_the_inverse_differential(n: int) -> None:
 def test_translations_are_their_own_coordinates() -> None:
     """In R^m beside SO(n), every map is the identity."""
     for n in (2, 3, 4):
-        group = so_n(n, "vector") * translations(2)
+        group = gi.so_n(n, "vector") * gi.translations(2)
         rng = np.random.default_rng(n)
         u, v = rng.standard_normal((2, group.algebra_rows))
         y = rng.standard_normal(n + 2)
@@ -294,10 +293,10 @@ def test_translations_are_their_own_coordinates() -> None:
 def test_coordinates_end(size: float) -> None:
     """Where they do, NaN is written: never a number that means nothing."""
     u, v = np.array([0.6, 0.0, 0.8]) * size, np.array([0.3, -0.2, 0.5])
-    assert np.isnan(call(so3(1).dexpinv, so3(1), u, v)).all()
-    assert np.isnan(call(so_n(3).dexpinv, so_n(3), u, v)).all()
+    assert np.isnan(call(gi.so3(1).dexpinv, gi.so3(1), u, v)).all()
+    assert np.isnan(call(gi.so_n(3).dexpinv, gi.so_n(3), u, v)).all()
     if not size < 8.0:
-        assert np.isnan(call(so_n(3).cayley, so_n(3, "vector"), u, v)).all()
+        assert np.isnan(call(gi.so_n(3).cayley, gi.so_n(3, "vector"), u, v)).all()
 
 
 LANED = [
@@ -311,7 +310,7 @@ LANED = [
 def test_lanes_are_eight_actions(n: int, function: str) -> None:
     """Bit for bit, also where the lanes need different series and different scalings."""
     pieces = PIECES if n else ()
-    group = so_n(n, *pieces) if n else so3(2)
+    group = gi.so_n(n, *pieces) if n else gi.so3(2)
     recorded = getattr(group, function)
     if recorded is None:
         recorded = series(group, 8)
@@ -345,8 +344,8 @@ def test_lanes_are_eight_actions(n: int, function: str) -> None:
 def test_groups_refuse_nonsense() -> None:
     """With the value and what was expected."""
     with pytest.raises(ValueError, match="n = 1: expected a whole number ≥ 2"):
-        so_n(1)
+        gi.so_n(1)
     with pytest.raises(ValueError, match="Did you mean 'vector'"):
-        so_n(3, "vectro")
+        gi.so_n(3, "vectro")
     with pytest.raises(ValueError, match="vectors = 0"):
-        so3(0)
+        gi.so3(0)

@@ -13,8 +13,8 @@ import pytest
 import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
-from geomint.kernels.compiling.recorded import Recorded, helper
-from geomint.kernels.numbers.arithmetic import epsilon, lane, like, top, total
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.numbers.arithmetic import epsilon, lane, like, total
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES, Lanes
 from geomint.kernels.numbers.tangent import PARTIALS
@@ -59,12 +59,12 @@ def sweep(names: Collection[str]) -> Recorded:
 
     Each would take a fifth of a second to compile alone.
     """
-    space = {f"f{k}": helper(OPERATIONS[name]) for k, name in enumerate(names)}
+    space = {f"f{k}": gi.helper(OPERATIONS[name]) for k, name in enumerate(names)}
     space["__name__"] = __name__
     lines = [f"out[{k} * n + i] = f{k}(x[i], y[i], z[i])" for k in range(len(names))]
     head = f"def rows(x, y, z, out):\n    n = len(out) // {len(names)}\n    for i in range(n):\n"
     exec(head + "".join(f"        {line}\n" for line in lines), space)
-    return helper(space["rows"])
+    return gi.helper(space["rows"])
 
 
 def run(
@@ -96,28 +96,28 @@ def run(
     return found
 
 
-@helper
+@gi.helper
 def add_in_place(x, y):
     z = x
     z += y
     return z
 
 
-@helper
+@gi.helper
 def subtract_in_place(x, y):
     z = x
     z -= y
     return z
 
 
-@helper
+@gi.helper
 def multiply_in_place(x, y):
     z = x
     z *= y
     return z
 
 
-@helper
+@gi.helper
 def divide_in_place(x, y):
     z = x
     z /= y
@@ -205,7 +205,7 @@ def test_scalars_mix_with_lanes(name: str, kinds: str) -> None:
         assert_same_bits(found, wanted)
 
 
-@helper
+@gi.helper
 def aliases(x, y, z, out):
     for i in range(len(out)):
         kept = x[i]
@@ -231,7 +231,7 @@ def lane_number(k: int):
 
 
 FOLDS = {
-    "top": lambda x: top(x),
+    "top": lambda x: gi.top(x),
     "total": lambda x: total(x),
     **{f"lane {k}": lane_number(k) for k in range(LANES)},
 }
@@ -242,7 +242,7 @@ def test_folds(name: str) -> None:
     """Reductions of lanes are done in a fixed order."""
     fold = Recorded(FOLDS[name])
 
-    @helper
+    @gi.helper
     def rows(x, out):
         for i in range(len(out)):
             out[i] = fold(x[i]) + 0.0 * x[i]
@@ -268,10 +268,10 @@ def test_top_of_nan_is_nan(place: int) -> None:
     values = np.arange(1.0, 1.0 + LANES)
     values[place] = np.nan
 
-    @helper
+    @gi.helper
     def rows(x, out):
         for i in range(len(out)):
-            out[i] = top(x[i]) + 0.0 * x[i]
+            out[i] = gi.top(x[i]) + 0.0 * x[i]
 
     for found in run(rows, values, lanes="L"):
         assert np.isnan(found).all()
@@ -313,7 +313,7 @@ def test_functions_of_plain_numbers() -> None:
         assert lanes[0] == mp.sin(x)
         assert gi.sqrt(x) == mp.sqrt(x)
         assert gi.fma(x, x, x) == x * x + x
-        assert top(Lanes(np.array([x, 2 * x, x], dtype=object))) == 2 * x
+        assert gi.top(Lanes(np.array([x, 2 * x, x], dtype=object))) == 2 * x
     assert total(Lanes([1.0, 2.0, 4.0])) == 7.0
     assert epsilon(np.float64(1)) == 2.0**-52
     assert epsilon(third) == np.finfo(np.longdouble).eps

@@ -7,19 +7,11 @@ from collections import namedtuple
 import numpy as np
 import pytest
 
+import geomint as gi
 from geomint.kernels.compiling.bound import Bound
-from geomint.kernels.compiling.recorded import Recorded, helper, inlined
+from geomint.kernels.compiling.recorded import Recorded, inlined
 from geomint.kernels.compiling.signatures import BLOCK, WHOLE, takes
-from geomint.kernels.numbers.arithmetic import sqrt
-from geomint.kernels.numbers.blocks import (
-    REST,
-    Block,
-    packed,
-    part,
-    scalar_block,
-    section,
-    sections,
-)
+from geomint.kernels.numbers.blocks import Block, part, scalar_block, sections
 from geomint.kernels.solve import (
     adaptive,
     commutator_free,
@@ -71,7 +63,7 @@ Three = namedtuple("Three", "head matrix rest")
 def test_parts_cover_the_block_once(name: str) -> None:
     layout = LAYOUTS[name]
     block = Block(np.arange(float(sum(layout))))
-    parts = [section(block, layout, part).data for part in layout._fields]
+    parts = [gi.section(block, layout, part).data for part in layout._fields]
     assert np.concatenate(parts).tolist() == block.data.tolist()
     assert [len(part) for part in parts] == list(layout)
     assert min(layout) >= 0
@@ -82,7 +74,7 @@ def test_a_block_of_another_size_is_refused(name: str) -> None:
     layout = LAYOUTS[name]
     for size in (sum(layout) - 1, sum(layout) + 1):
         with pytest.raises(IndexError):
-            section(scalar_block(size), layout, layout._fields[0])
+            gi.section(scalar_block(size), layout, layout._fields[0])
 
 
 @pytest.mark.parametrize("rows", range(1, 20))
@@ -105,61 +97,61 @@ def three(n: int, rest: int) -> Three:
     return Three(head=2, matrix=n * n, rest=rest)
 
 
-@helper
+@gi.helper
 def write_parts(block, n, row):
-    layout = three(n, REST)
-    matrix = section(block, layout, "matrix")
+    layout = three(n, gi.REST)
+    matrix = gi.section(block, layout, "matrix")
     for i in range(len(matrix)):
         matrix[i] = 1.0 + i
-    rest = section(block, layout, "rest")
+    rest = gi.section(block, layout, "rest")
     for i in range(len(rest)):
         rest[i] = -1.0 * len(rest)
-    section(block, layout, "head")[row] = 7.0  # the last use of a view, which is no dead code
+    gi.section(block, layout, "head")[row] = 7.0  # the last use of a view, which is no dead code
 
 
-@helper
+@gi.helper
 def write_unpacked(block, n, row):
-    head, matrix, rest = sections(block, three(n, REST))
+    head, matrix, rest = sections(block, three(n, gi.REST))
     for i in range(len(matrix)):
         matrix[i] = 1.0 + i
     for i in range(len(rest)):
         rest[i] = -1.0 * len(rest)
-    head[row] = sqrt(49.0)  # numba looks for dead code where it inlines
+    head[row] = gi.sqrt(49.0)  # numba looks for dead code where it inlines
 
 
-@helper
+@gi.helper
 def write_named(block, n, row):
-    parts = sections(block, three(n, REST))
+    parts = sections(block, three(n, gi.REST))
     for i in range(len(parts.matrix)):
         parts.matrix[i] = 1.0 + i
     for i in range(len(parts.rest)):
         parts.rest[i] = -1.0 * len(parts.rest)
-    parts.head[row] = sqrt(49.0)
+    parts.head[row] = gi.sqrt(49.0)
 
 
-@helper
+@gi.helper
 def parts_of(block, n):
     return part(block, 0, 2), part(block, 2, n * n), part(block, 2 + n * n, len(block) - 2 - n * n)
 
 
-@helper
+@gi.helper
 def write_returned(block, n, row):
     head, matrix, rest = parts_of(block, n)
     for i in range(len(matrix)):
         matrix[i] = 1.0 + i
     for i in range(len(rest)):
         rest[i] = -1.0 * len(rest)
-    head[row] = sqrt(49.0)
+    head[row] = gi.sqrt(49.0)
 
 
-@helper
+@gi.helper
 def write_gathered(block, n, row):
     all_parts = (*parts_of(block, n), block)
     for i in range(len(all_parts[1])):
         all_parts[1][i] = 1.0 + i
     for i in range(len(all_parts[2])):
         all_parts[2][i] = -1.0 * len(all_parts[2])
-    all_parts[0][row] = sqrt(49.0)
+    all_parts[0][row] = gi.sqrt(49.0)
 
 
 @pytest.mark.parametrize(
@@ -178,26 +170,26 @@ def test_compiled_parts_lie_where_python_finds_them(write: Recorded, n: int, res
 
 def test_packing_takes_every_part_in_its_length() -> None:
     layout = three(2, 1)
-    assert packed(layout, rest=9, matrix=[[1, 2], [3, 4]], head=(5, 6)).data.tolist() == [
+    assert gi.packed(layout, rest=9, matrix=[[1, 2], [3, 4]], head=(5, 6)).data.tolist() == [
         *(5.0, 6.0, 1.0, 2.0, 3.0, 4.0, 9.0)
     ]
     for wrong in ({"rest": [1, 2]}, {"rest": []}, {"tail": 0}, {"head": 5}):
         with pytest.raises(ValueError, match="filled with"):
-            packed(layout, **{"rest": 9, "matrix": [1, 2, 3, 4], "head": (5, 6), **wrong})
+            gi.packed(layout, **{"rest": 9, "matrix": [1, 2, 3, 4], "head": (5, 6), **wrong})
     with pytest.raises(ValueError, match="filled with"):
-        packed(layout, rest=9, head=(5, 6))
+        gi.packed(layout, rest=9, head=(5, 6))
 
 
 def test_packing_takes_what_is_left() -> None:
     for tail in ([], [7], [7, 8]):
-        block = packed(three(1, REST), head=(5, 6), matrix=4, rest=tail)
+        block = gi.packed(three(1, gi.REST), head=(5, 6), matrix=4, rest=tail)
         assert block.data.tolist() == [5, 6, 4, *tail]
     with pytest.raises(ValueError, match="filled with"):
-        packed(three(1, REST), head=5, matrix=4, rest=[])
+        gi.packed(three(1, gi.REST), head=5, matrix=4, rest=[])
 
 
 def test_padding_is_zero() -> None:
     layout = gauss.gauss_memory(1, 1)
     assert layout.padding == 6
-    block = packed(layout, y=1, carry=2, stages=np.ones(8))
+    block = gi.packed(layout, y=1, carry=2, stages=np.ones(8))
     assert block.data.tolist() == [1.0, 2.0, *[0.0] * 6, *[1.0] * 8]

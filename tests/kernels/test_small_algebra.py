@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
-from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES
 from geomint.kernels.solve.compensated import add_compensated
@@ -20,7 +20,7 @@ from geomint.kernels.solve.rattle import contract, solve_small
 pytestmark = pytest.mark.nojit
 
 
-@helper
+@gi.helper
 def add_all(values, state, carry):
     for i in range(len(values)):
         add_compensated(state, carry, 0, values[i])

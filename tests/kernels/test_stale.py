@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import ways
 
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
+from tests.kernels import ways
 
-# Of each kind one; all of them are compiled in the slow run.
+# Of each kind one; all of them are compiled at night.
 COMPILED = (
     "global",
     "array",
@@ -86,7 +86,7 @@ def test_compiled_code_follows(tmp_path: Path) -> None:
     check_compiled(tmp_path, *COMPILED)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_compiled_code_follows_every_way(tmp_path: Path) -> None:
     """The same for all that we know."""
     check_compiled(tmp_path)

@@ -6,9 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import SCALAR, tangent, tangent_lanes
-from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import BLOCK, MEMORY, takes
 from geomint.kernels.numbers import arithmetic as ar, circular, exponential
 from geomint.kernels.numbers.blocks import as_lanes, scalar_block
@@ -92,7 +92,7 @@ def test_operations(name: str) -> None:
             assert abs(found - s) <= mp.mpf(10) ** -30 * (1 + abs(s))
 
 
-@helper
+@gi.helper
 def most_operations(y, out):
     x, z = y[0], y[1]
     out[0] = x + z
@@ -126,7 +126,7 @@ def most_operations(y, out):
 MOST = 22
 
 
-@helper
+@gi.helper
 def all_operations(y, out):
     most_operations(y, out)
     out[MOST] = ar.top(y[0]) * ar.epsilon(y[0]) * y[1]
@@ -135,7 +135,7 @@ def all_operations(y, out):
 COUNT = MOST + 1
 
 
-@helper
+@gi.helper
 def all_in_lanes(y, out):
     all_operations(as_lanes(y, 0, 2), as_lanes(out, 0, COUNT))
     eight, results = as_lanes(y, 0, 2), as_lanes(out, 8 * COUNT, 3)

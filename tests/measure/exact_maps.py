@@ -7,7 +7,7 @@ import numpy as np
 
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.problems.testproblems import henon_heiles, pulsating_body
 from tests.problems import double_pendulum, lotka_volterra, spherical_pendulum
 
@@ -35,7 +35,7 @@ class ExactMap:
 
     def __init__(self, problem: gi.Problem, name: str, h: float) -> None:
         y0 = np.full(problem.rows, 0.3)
-        self.stepper = find_method(name).start(Start(problem, y0, 0.0, h, compiled=False))
+        self.stepper = gi.find_method(name).start(Start(problem, y0, 0.0, h, compiled=False))
         self.problem, self.h = problem, mpmath.mpf(h)
 
     def __call__(self, t, y: np.ndarray) -> np.ndarray:

@@ -48,7 +48,7 @@ def drift(problem: gi.Problem, y0: Any, method: str, **options: Any) -> gi.Drift
 @pytest.mark.parametrize(
     ("method", "name"),
     [
-        pytest.param(m, n, marks=[] if (m, n) in FAST else [pytest.mark.slow])
+        pytest.param(m, n, marks=[] if (m, n) in FAST else [pytest.mark.nightly])
         for m in BY_GROUP
         for n in PROBLEMS
         if m == "cf-4" or n == "attitude, R³"
@@ -65,7 +65,7 @@ def test_the_base_alone_says_as_much(method: str, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["attitude, R³", pytest.param("attitude, R⁴", marks=pytest.mark.slow)]
+    "name", ["attitude, R³", pytest.param("attitude, R⁴", marks=pytest.mark.nightly)]
 )
 def test_methods_of_fields_are_judged_by_the_whole_state(name: str) -> None:
     """They do not keep the measure of the fibre."""
@@ -312,7 +312,7 @@ def circling(params, t, y, out, work):
         out[i + 2] = size * (y[i + 1] - 2.0 * y[i])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_base_without_the_field_that_is_integrated() -> None:
     problem = dataclasses.replace(over(ALONE), field=circling)
     y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])

@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from exact_maps import PROBLEMS, exact_defect
 
 import geomint as gi
+from tests.measure.exact_maps import PROBLEMS, exact_defect
 from tests.problems import spherical_pendulum
 
 # Steps are as long as a test wants them.

@@ -5,19 +5,18 @@ from __future__ import annotations
 import mpmath
 import numpy as np
 import pytest
-from exact_maps import exact_defect
 from hypothesis import given, strategies as st
 
 import geomint as gi
 from geomint.kernels.compiling.bound import Bound
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import SCALAR
-from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import BLOCK, REAL, WHOLE, takes
-from geomint.kernels.numbers.blocks import Block, part, scalar_block
+from geomint.kernels.numbers.blocks import Block, scalar_block
 from geomint.kernels.tangent.layout import lanes_for
 from geomint.kernels.tangent.near_identity import log_volume
 from geomint.kernels.tangent.products import add_product, write_overlaps
+from tests.measure.exact_maps import exact_defect
 
 
 def table(values: np.ndarray) -> Block:
@@ -129,7 +128,11 @@ ROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1).ravel()
 
 @pytest.mark.parametrize(
     ("problem", "name"),
-    [(CIRCLES, "rk-4"), (FREE, "rk-4"), pytest.param(CIRCLES, "gauss-1", marks=pytest.mark.slow)],
+    [
+        (CIRCLES, "rk-4"),
+        (FREE, "rk-4"),
+        pytest.param(CIRCLES, "gauss-1", marks=pytest.mark.nightly),
+    ],
     ids=["circles-rk-4", "free-rk-4", "circles-gauss-1"],
 )
 def test_many_directions(problem: gi.Problem, name: str) -> None:
@@ -149,9 +152,9 @@ def test_many_directions(problem: gi.Problem, name: str) -> None:
 def test_a_store_as_the_last_use_of_a_part_is_made() -> None:
     """numba must not take it for dead: the part shares the memory of its block."""
 
-    @helper
+    @gi.helper
     def store(block, row):
-        view = part(block, 2, 3)
+        view = gi.part(block, 2, 3)
         view[row] = 7.0
 
     from numba.core import types

@@ -9,13 +9,13 @@ import json
 
 import numpy as np
 import pytest
-from exact_maps import PROBLEMS
 
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.problems.testproblems import neumann, sphere_metric
 from geomint.run import driver
 from geomint.watch import measure, steps_again
+from tests.measure.exact_maps import PROBLEMS
 
 NEUMANN = neumann.problem()
 
@@ -44,7 +44,7 @@ def test_symplectic_methods_keep_the_measure(
     assert 1e-3 * noise < drift.max_abs_error < noise < level
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("name", "h"), [("verlet-2", 0.1), ("rattle-2", 0.1), ("rattle-4", 0.1)])
 def test_long_runs_have_no_bias(name: str, h: float) -> None:
     """A bias of the instrument would outgrow its noise."""

@@ -9,7 +9,6 @@ import pytest
 
 import geomint as gi
 from geomint.problems.derivatives import slopes_of
-from geomint.problems.evaluate import value
 
 SCENES = sorted(
     path.name.removesuffix(".toml")
@@ -24,7 +23,7 @@ def frame(problem: gi.Problem, y: np.ndarray, t: float) -> tuple[np.ndarray, flo
     """Orthonormal tangent vectors, and the logarithm of the density of their cell."""
     measure = problem.measure
     assert measure is not None
-    density = value(problem, measure.log_density, y, t)
+    density = gi.value(problem, measure.log_density, y, t)
     if measure.manifold is None:
         return np.eye(problem.rows), density
     C = slopes_of(problem, measure.manifold, y, t, measure.conditions)
@@ -34,7 +33,7 @@ def frame(problem: gi.Problem, y: np.ndarray, t: float) -> tuple[np.ndarray, flo
 
 def off(problem: gi.Problem, y: np.ndarray) -> float:
     """How far a state is from the manifold."""
-    return max((abs(value(problem, c, y)) for c in problem.constraints.values()), default=0.0)
+    return max((abs(gi.value(problem, c, y)) for c in problem.constraints.values()), default=0.0)
 
 
 def in_turn(name: str, problem: gi.Problem) -> list[str]:
@@ -49,10 +48,10 @@ def in_turn(name: str, problem: gi.Problem) -> list[str]:
     ("name", "every"),
     [
         *(
-            pytest.param(x, False, marks=[pytest.mark.slow] * (i % 6 > 0))
+            pytest.param(x, False, marks=[pytest.mark.nightly] * (i % 6 > 0))
             for i, x in enumerate(SCENES)
         ),
-        *(pytest.param(x, True, marks=pytest.mark.slow) for x in SCENES[::3]),
+        *(pytest.param(x, True, marks=pytest.mark.nightly) for x in SCENES[::3]),
     ],
 )
 def test_the_sum_is_one_determinant(name: str, every: bool) -> None:

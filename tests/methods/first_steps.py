@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.problems.evaluate import derivative
 from geomint.stress import step_cases
 from geomint.stress.state_cases import (
     Make,
@@ -112,5 +111,5 @@ def states(problem: gi.Problem, y0: Array, kind: str, count: int, seed: int) -> 
     with np.errstate(all="ignore"):
         for _ in range(count):
             y = admitted(problem, KINDS[kind](problem, y0, rng))
-            if y is not None and np.isfinite(derivative(problem, y)).all():
+            if y is not None and np.isfinite(gi.derivative(problem, y)).all():
                 yield y

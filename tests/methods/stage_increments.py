@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import section
 from geomint.kernels.solve.gauss import gauss_memory
 from geomint.methods.gauss import lane_positions
 
@@ -16,6 +15,6 @@ def increments(motion: gi.Integrator, stages: int) -> Any:
     """Return the increments of its stages, a stage a row."""
     groups = 1 if stages <= 8 else 2
     rows = motion.stepper.rows
-    numbers = section(motion.stepper.memory, gauss_memory(rows, groups), "stages").data
+    numbers = gi.section(motion.stepper.memory, gauss_memory(rows, groups), "stages").data
     lanes = np.concatenate(list(numbers.reshape(groups, rows, 8)), axis=1).T
     return lanes[lane_positions(stages, 8 * groups)]

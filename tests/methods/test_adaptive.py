@@ -16,15 +16,14 @@ import chaplygin as ch
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.step_control import error_size, exponential, logarithm, retry_factor
-from geomint.methods import find_method, methods
+from geomint.methods import methods
 from geomint.problems.declaration import check_problem
-from geomint.problems.evaluate import derivative
 from geomint.problems.testproblems import pulsating_body
 from geomint.tableaux import RUNGE_KUTTA
 from tests.problems import lotka_volterra, so_n_flow
 
 ADAPTIVE = [name for name, method in methods().items() if method.adaptive]
-OF_FIELDS = [name for name in ADAPTIVE if find_method(name).needs == "field"]
+OF_FIELDS = [name for name in ADAPTIVE if gi.find_method(name).needs == "field"]
 T_END = 10.0
 
 
@@ -47,7 +46,7 @@ def truth(form: str, index: int) -> np.ndarray:
 
 def error(name: str, index: int, rtol: float) -> tuple[float, gi.Solution]:
     """The largest error at the end of a run, and the run."""
-    method = find_method(name).with_options(rtol=rtol, atol=1e-4 * rtol)
+    method = gi.find_method(name).with_options(rtol=rtol, atol=1e-4 * rtol)
     problem, y0 = cases(method.needs)[index]
     sol = gi.solve(problem, y0, t_end=T_END, method=method)
     return float(np.max(np.abs(sol.y[-1] - truth(method.needs, index)))), sol
@@ -67,7 +66,7 @@ def test_all_adaptive_methods_are_known() -> None:
 def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
     """Over four powers of ten, and of its size."""
     tolerances = (1e-5, 1e-7, 1e-9) if "bogacki" in name else (1e-6, 1e-8, 1e-10)
-    for index in range(len(cases(find_method(name).needs))):
+    for index in range(len(cases(gi.find_method(name).needs))):
         errors = [error(name, index, rtol)[0] for rtol in tolerances]
         slopes = [
             math.log(e / f) / math.log(r / s)
@@ -92,7 +91,7 @@ def test_against_scipy(name: str, scipy_name: str) -> None:
     for rtol in (1e-5, 1e-8, 1e-11):
         ours, sol = error(name, 0, rtol)
         theirs = solve_ivp(
-            lambda t, y: derivative(problem, y, t),
+            lambda t, y: gi.derivative(problem, y, t),
             (0.0, T_END),
             y0,
             method=scipy_name,
@@ -101,7 +100,7 @@ def test_against_scipy(name: str, scipy_name: str) -> None:
         )
         their_error = np.max(np.abs(theirs.y[:, -1] - truth("field", 0)))
         assert ours <= max(2.0 * their_error, rtol)
-        worth = (their_error / ours) ** (1.0 / find_method(name).order)
+        worth = (their_error / ours) ** (1.0 / gi.find_method(name).order)
         assert sol.evaluations <= 1.25 * worth * theirs.nfev
 
 
@@ -172,7 +171,7 @@ def test_rejected_steps_on_a_group() -> None:
 @pytest.mark.parametrize("name", ["dop853-adaptive", "rkmk-dop853-adaptive"])
 def test_the_end_and_the_times_asked_for_are_met(name: str, t_end: float) -> None:
     """Exactly, forwards and backwards, without disturbing the run."""
-    method = find_method(name)
+    method = gi.find_method(name)
     problem, y0 = cases(method.needs)[0]
     wanted = t_end * np.array([0.0, 0.1, 0.35, 0.9999, 1.0])
     run = gi.solve(problem, y0, t_end=t_end, method=method, save_every=1)
@@ -423,8 +422,8 @@ def test_a_nan_from_the_start() -> None:
         (lambda: gi.Adaptive(gi.RungeKutta("dop853"), rtol=math.nan), "rtol = nan"),
         (lambda: gi.Adaptive(gi.RKMK("dop853"), atol=-1.0), "atol = -1.0"),
         (lambda: gi.Adaptive(gi.RKMK("dop853"), max_step=0), "max_step = 0"),
-        (lambda: find_method("dop853-adaptive").with_options(rtol="1"), "rtol = '1'"),
-        (lambda: find_method("dop853").with_options(rtol=1e-3), "no option 'rtol'"),
+        (lambda: gi.find_method("dop853-adaptive").with_options(rtol="1"), "rtol = '1'"),
+        (lambda: gi.find_method("dop853").with_options(rtol=1e-3), "no option 'rtol'"),
     ],
 )
 def test_options_are_checked(make, message: str) -> None:
@@ -436,7 +435,7 @@ def test_options_are_checked(make, message: str) -> None:
 @pytest.mark.nojit
 def test_options_are_kept() -> None:
     """Changing one leaves the others, the name and the coordinates."""
-    method = find_method("rkmk-cayley-dop853-adaptive").with_options(rtol=1e-6)
+    method = gi.find_method("rkmk-cayley-dop853-adaptive").with_options(rtol=1e-6)
     assert method.options == {"rtol": 1e-6, "atol": 1e-12, "max_step": math.inf, "max_steps": 10**8}
     assert method.with_options(atol=0.0).options["rtol"] == 1e-6
     assert method.name == "rkmk-cayley-dop853-adaptive"

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from families import PROBLEMS, families, pairs
 
 import geomint as gi
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.numbers.blocks import Block, LaneBlock, scalar_block
 from geomint.kernels.numbers.lanes import LANES
 from geomint.kernels.solve.advance import bound_stepper
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.methods.stepper import Stepper
 from geomint.run import driver
+from tests.families import PROBLEMS, families, pairs
 
 H = 0.05
 
@@ -24,7 +24,7 @@ H = 0.05
 def start(name: str, problem: str, compiled: bool = True, h: float = H) -> Stepper:
     """A stepper of a method on a problem."""
     p, y0 = PROBLEMS[problem]
-    return find_method(name).start(Start(p, y0, 0.0, h, compiled=compiled))
+    return gi.find_method(name).start(Start(p, y0, 0.0, h, compiled=compiled))
 
 
 def advance(stepper: Stepper, first: int, count: int) -> int:
@@ -67,7 +67,7 @@ def test_compiled_is_plain_for_a_thousand_steps(name: str, problem: str) -> None
     plain_equals_compiled(name, problem, 1000)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @families
 def test_compiled_is_plain_for_long(name: str, problem: str) -> None:
     """Every family, on its hardest problem."""
@@ -137,7 +137,7 @@ def test_lanes_are_eight_runs(name: str, problem: str) -> None:
     """Kernels compiled for lanes, from eight states: each lane has the bits of its own run."""
     steps = 1000
     p, _ = PROBLEMS[problem]
-    singles = [find_method(name).start(Start(p, y, 0.0, H)) for y in eight_states(problem)]
+    singles = [gi.find_method(name).start(Start(p, y, 0.0, H)) for y in eight_states(problem)]
     one = singles[0]
     functions = tuple(f.in_lanes for f in one.functions)
     advance = bound_stepper(one.kernel, one.functions).in_lanes.call(functions=functions)

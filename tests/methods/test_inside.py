@@ -8,7 +8,6 @@ import pytest
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block, scalar_block
 from geomint.kernels.solve.orbit import DOUBT
-from geomint.methods.gauss import Gauss
 from geomint.methods.started import Start
 from geomint.tableaux import gauss_legendre
 
@@ -37,7 +36,7 @@ def test_the_estimate_is_an_upper_bound(stages: int, seed: int) -> None:
     h = 0.06 * (stages + 2) * gi.Gauss(8).default_step(problem, y0, 1.0)
     start = Start(problem, y0, 0.0, h, False)
     stepper, dense = (
-        Gauss(stages).start(start),
+        gi.Gauss(stages).start(start),
         gi.solve(
             problem, y0, t_end=2 * h, step=h, method=gi.Gauss(stages), dense=True, progress=False
         ),

@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 
 import geomint as gi
 from geomint.problems.deviation import sizes_of
-from geomint.problems.evaluate import derivative, value
 from geomint.problems.testproblems import henon_heiles
 from tests.problems import (
     fast_rotor,
@@ -39,7 +38,7 @@ PROBLEMS = {
 def truth(problem: gi.Problem, y0: np.ndarray, end: float) -> np.ndarray:
     """Return the state at the end by SciPy, on the field in plain Python."""
     found = solve_ivp(
-        lambda t, y: derivative(problem, y, t),
+        lambda t, y: gi.derivative(problem, y, t),
         (0.0, end),
         y0,
         "DOP853",
@@ -62,7 +61,7 @@ def test_the_tolerance_is_met(name: str, method: str) -> None:
     assert np.max(np.abs(sol.y[-1] - right) / sizes_of(problem, right)) < 4.0 * tolerance
     assert np.max(np.abs(right - y0) / sizes_of(problem, right)) > 0.1
     for name_, drift in sol.drift.items():
-        scale = max(abs(value(problem, name_, y0)), 1e-3 * np.abs(y0).max())
+        scale = max(abs(gi.value(problem, name_, y0)), 1e-3 * np.abs(y0).max())
         assert drift.max_abs_error < 10.0 * tolerance * scale, name_
 
 
@@ -97,9 +96,11 @@ def test_the_planets_have_their_orbits() -> None:
 def test_pluto_can_be_left_out() -> None:
     problem, y0 = outer_solar_system.problem(pluto=False), outer_solar_system.initial(pluto=False)
     whole, y = outer_solar_system.problem(), outer_solar_system.initial()
-    some = derivative(problem, y0)
+    some = gi.derivative(problem, y0)
     assert problem.rows == len(y0) == 30
-    np.testing.assert_allclose(some, np.delete(derivative(whole, y), np.s_[15:18])[:-3], atol=1e-12)
+    np.testing.assert_allclose(
+        some, np.delete(gi.derivative(whole, y), np.s_[15:18])[:-3], atol=1e-12
+    )
 
 
 def radial(problem: gi.Problem, y0: np.ndarray) -> tuple[float, float, float]:
@@ -191,7 +192,7 @@ def test_toda_keeps_its_integrals_and_is_not_chaotic(n: int) -> None:
     sol = gi.solve(problem, y0, t_end=500.0, step=0.1, method="gauss-8", observe="invariants")
     assert set(sol.drift) == {"energy", "momentum", "cubic", "quartic"}
     for name, drift in sol.drift.items():
-        assert drift.max_abs_error < 1e-12 * max(1.0, abs(value(problem, name, y0))), name
+        assert drift.max_abs_error < 1e-12 * max(1.0, abs(gi.value(problem, name, y0))), name
     found = gi.lyapunov(problem, y0, t_end=500.0, step=0.1)
     assert np.max(np.abs(found.exponents)) < 0.05
     longer = gi.lyapunov(problem, y0, t_end=4000.0, step=0.1)

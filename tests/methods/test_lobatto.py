@@ -14,9 +14,9 @@ from numpy.polynomial import legendre
 
 import chaplygin as ch
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, section
+from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.lobatto import lobatto_memory
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.methods.lobatto import lane_positions
 from geomint.problems.testproblems import neumann, sphere_metric
 from tests.problems import double_pendulum, frame_in_field, spherical_pendulum
@@ -73,11 +73,11 @@ def test_an_accepted_step_is_solved(case: str, stages: int) -> None:
     """The equations evaluated again from what memory holds of stages, the multipliers left free."""
     problem, y0, h = CASES[case]
     t0 = 0.3
-    stepper = find_method(f"lobatto-{stages}").start(Start(problem, y0, t0, h, compiled=False))
+    stepper = gi.find_method(f"lobatto-{stages}").start(Start(problem, y0, t0, h, compiled=False))
     assert stepper.advance(0, 1, 2, Block(np.zeros(0))).status == 0
     n, m = problem.rows // 2, problem.hamiltonian.constraints
     layout, at = lobatto_memory(n, m, 0), lane_positions(stages)
-    K, L = (section(stepper.memory, layout, x).data.reshape(n, 8)[:, at].T for x in "KL")
+    K, L = (gi.section(stepper.memory, layout, x).data.reshape(n, 8)[:, at].T for x in "KL")
     c, a, hat = tables(stages)
     b = a[-1]
     q, p = y0[:n], y0[n:]
@@ -103,7 +103,9 @@ def test_an_accepted_step_is_solved(case: str, stages: int) -> None:
 def test_a_sphere_at_rest_stays_at_rest(stages: int) -> None:
     for seed in range(20):
         y = BALL.random_state(seed) * [1, 1, 1, 0, 0, 0]
-        stepper = find_method(f"lobatto-{stages}").start(Start(BALL, y, 0.0, 0.01, compiled=False))
+        stepper = gi.find_method(f"lobatto-{stages}").start(
+            Start(BALL, y, 0.0, 0.01, compiled=False)
+        )
         assert stepper.advance(0, 10, 12, Block(np.zeros(0))).iterations <= 20
         np.testing.assert_array_equal(stepper.state, y)
 

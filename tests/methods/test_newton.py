@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from stage_increments import increments
 
 import geomint as gi
 from geomint.kernels.compiling import clock as waiting, compile as compiling
 from geomint.problems.testproblems import henon_heiles
 from geomint.tableaux import gauss_legendre
+from tests.methods.stage_increments import increments
 from tests.problems import fast_rotor, spring_pendulum
 
 Array = Any
@@ -83,7 +83,7 @@ def correction(of: gi.Problem, y: Array, t: float, h: float, L: Array, stages: i
     return float(np.abs(change).max() / max(np.abs(y).max(), np.abs(L).max()))
 
 
-@pytest.mark.parametrize("stages", [1, 2, 3, 8, pytest.param(13, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("stages", [1, 2, 3, 8, pytest.param(13, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", STIFF)
 def test_what_is_accepted_is_solved(name: str, stages: int) -> None:
     """Dense matrices of all stages, made elsewhere, have nothing left to correct."""
@@ -363,7 +363,7 @@ def lowest(params, t, y, work):  # type: ignore[no-untyped-def]
     return y[0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", STIFF)
 def test_derivatives_of_long_steps(name: str) -> None:
     """Symplectic to rounding, and what differences of the steps say."""

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from stage_increments import increments
 
 import geomint as gi
 from geomint.tableaux import gauss_legendre
+from tests.methods.stage_increments import increments
 from tests.problems import spring_pendulum
 
 Array = Any
@@ -74,9 +74,9 @@ def step(omega: float, stages: int, y: Array, h: float, near: Array) -> tuple[Ar
 @pytest.mark.parametrize(
     ("omega", "h", "stages"),
     [
-        *(pytest.param(*c, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, c in enumerate(CASES)),
-        pytest.param(1e4, 0.05, 8, marks=pytest.mark.slow),
-        pytest.param(1e6, 0.02, 11, marks=pytest.mark.slow),
+        *(pytest.param(*c, marks=[pytest.mark.nightly] * (i % 3 > 0)) for i, c in enumerate(CASES)),
+        pytest.param(1e4, 0.05, 8, marks=pytest.mark.nightly),
+        pytest.param(1e6, 0.02, 11, marks=pytest.mark.nightly),
     ],
 )
 def test_steps_and_their_derivatives(omega: float, h: float, stages: int) -> None:

@@ -21,10 +21,10 @@ import pytest
 from mpmath import mp
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, section
+from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.gauss import gauss_coefficients
 from geomint.kernels.solve.lobatto import lobatto_coefficients
-from geomint.methods import Method, Start, find_method, methods, rkmk
+from geomint.methods import Start, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
 from geomint.methods.lobatto import lane_positions as lobatto_positions
 from geomint.methods.stepper import Stepper
@@ -43,7 +43,7 @@ T_END = 2.0
 COMPOSED = [f"gauss-1-{name}" for name, scheme in COMPOSITIONS.items() if scheme.base_order == 2]
 COMPOSED += ["rattle-kahan-li-6", "verlet-yoshida-6", "gauss-2-suzuki-6", "gauss-2-yoshida-6"]
 COMPOSED += ["gauss-3-triple-jump-8", "verlet-4-suzuki-6", "rattle-4-suzuki-6"]
-NAMES = [name for name in (*methods(), *COMPOSED) if not find_method(name).adaptive]
+NAMES = [name for name in (*methods(), *COMPOSED) if not gi.find_method(name).adaptive]
 
 # Steps of the three runs, by order: errors between 1e-14 and 1e-2.
 COUNTS = {
@@ -97,7 +97,7 @@ def slopes(counts: tuple[int, ...], errors: list[Any]) -> list[float]:
 
 
 def measured(
-    method: Method, form: str, index: int, counts: tuple[int, ...], floor: float = PLATEAU
+    method: gi.Method, form: str, index: int, counts: tuple[int, ...], floor: float = PLATEAU
 ) -> list[float]:
     """The measured orders of a method on one problem in float64."""
     problem, y0 = cases(form)[index]
@@ -116,13 +116,13 @@ def measured(
     return slopes(counts, errors)
 
 
-IN_FLOAT64 = [name for name in NAMES if find_method(name).order <= 8]
+IN_FLOAT64 = [name for name in NAMES if gi.find_method(name).order <= 8]
 
 
 @pytest.mark.parametrize("name", IN_FLOAT64)
 def test_order(name: str) -> None:
     """Methods of order up to 8, in float64."""
-    method = find_method(name)
+    method = gi.find_method(name)
     for index in range(len(cases(method.needs))):
         form, at = method.needs, index
         if name == "dormand-prince-5":
@@ -143,10 +143,10 @@ def at_rest(form: str) -> tuple[gi.Problem, np.ndarray]:
     return neumann.problem(season=0.4), y0
 
 
-@pytest.mark.parametrize("name", [name for name in IN_FLOAT64 if find_method(name).order <= 6])
+@pytest.mark.parametrize("name", [name for name in IN_FLOAT64 if gi.find_method(name).order <= 6])
 def test_order_from_rest(name: str) -> None:
     """Where all that moves in the first step is a piece that was 0."""
-    method = find_method(name)
+    method = gi.find_method(name)
     problem, y0 = at_rest(method.needs)
     exact = gi.solve(problem, y0, t_end=T_END, step=T_END / 256, method="dop853").y[-1]
     counts = COUNTS[method.order]
@@ -188,19 +188,19 @@ def end_of(stepper: Stepper, steps: int) -> list[Any]:
     return list(stepper.state + stepper.carry)
 
 
-def plain_start(method: Method, problem: gi.Problem, y0: np.ndarray) -> Stepper:
+def plain_start(method: gi.Method, problem: gi.Problem, y0: np.ndarray) -> Stepper:
     return method.start(Start(problem, y0, 0.0, 1.0, compiled=False))
 
 
 SOLVED = ("gauss-5", "lobatto-6")  # in many digits, below
-IN_LONGDOUBLE = [name for name in NAMES if find_method(name).order == 10 and name not in SOLVED]
+IN_LONGDOUBLE = [name for name in NAMES if gi.find_method(name).order == 10 and name not in SOLVED]
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="longdouble is float64 here")
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.slow] * (i > 0))
+        pytest.param(name, marks=[pytest.mark.nightly] * (i > 0))
         for i, name in enumerate(IN_LONGDOUBLE)
     ],
 )
@@ -209,7 +209,7 @@ def test_order_in_extended_precision(name: str) -> None:
 
     Those of splittings begin where longdouble ends.
     """
-    method = find_method(name)
+    method = gi.find_method(name)
     number = mp.mpf if method.needs == "splitting" else np.longdouble
     table = COMPOSITIONS["sofroniou-spaletta-10"]
     fractions = [number(x) for x in (*table.gamma, *table.starts)]
@@ -302,13 +302,13 @@ def gauss_end(stages: int, steps: int, spoil: Any = 0) -> list[Any]:
     at = lane_positions(stages, width)
     layout = gauss_coefficients(problem.rows, width // 8, 1)
     for name, values in (("c", nodes), ("b", weights)):
-        section(stepper.coefficients, layout, name).data[at] = values
+        gi.section(stepper.coefficients, layout, name).data[at] = values
     matrix = np.full((width, width), mp.mpf(0), dtype=object)
     matrix[np.ix_(at, at)] = np.array(mu, dtype=object)
     assert np.allclose(
         spread_columns(gauss_legendre(stages).mu, at, width), matrix.T.ravel().astype(float)
     )
-    section(stepper.coefficients, layout, "mu").data[:] = matrix.T.ravel()
+    gi.section(stepper.coefficients, layout, "mu").data[:] = matrix.T.ravel()
     return end_of(stepper, steps)
 
 
@@ -325,7 +325,7 @@ def gauss_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list[f
 
 @pytest.mark.parametrize(
     "stages",
-    [pytest.param(s, marks=[pytest.mark.slow] * (s not in (5, 8))) for s in range(5, 17)],
+    [pytest.param(s, marks=[pytest.mark.nightly] * (s not in (5, 8))) for s in range(5, 17)],
 )
 def test_order_in_many_digits(stages: int) -> None:
     """Gauss methods up to order 32, against Taylor series."""
@@ -341,13 +341,13 @@ def lobatto_end(stages: int, steps: int, spoil: Any = 0) -> np.ndarray:
     pair, at, layout = lobatto_pair(stages), lobatto_positions(stages), lobatto_coefficients(1)
     nodes, weights = ([mp.mpf(str(x)) for x in row] for row in (pair.nodes, pair.weights))
     for name, values in (("c", nodes), ("b", weights)):
-        section(stepper.coefficients, layout, name).data[at] = values
+        gi.section(stepper.coefficients, layout, name).data[at] = values
     mu = np.array([[mp.mpf("0.5") + mp.mpf(str(x)) for x in row] for row in pair.excess])
     mu[1, 1] += spoil
     for name, values in (("mu", mu), ("nu", 1 - mu.T)):
         matrix = np.full((8, 8), mp.mpf(0), dtype=object)
         matrix[np.ix_(at, at)] = values
-        section(stepper.coefficients, layout, name).data[:] = matrix.T.ravel()
+        gi.section(stepper.coefficients, layout, name).data[:] = matrix.T.ravel()
     q = stepper.memory.data[: len(y0) // 2]
     q[:] = q / mp.sqrt(q @ q)  # on the sphere in all digits, where all later states are
     return np.array(end_of(stepper, steps))
@@ -359,7 +359,7 @@ def lobatto_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list
         return slopes(counts, [np.max(np.abs(end - fine)) for end in ends])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("stages", [6, 8])
 def test_order_of_lobatto_pairs_in_many_digits(stages: int) -> None:
     """Up to order 14, against twice as many steps."""
@@ -367,7 +367,7 @@ def test_order_of_lobatto_pairs_in_many_digits(stages: int) -> None:
     assert found == pytest.approx([2 * stages - 2] * 2, abs=0.3), found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_spoiled_pair_is_noticed() -> None:
     """The 14th digit of a coefficient; the pair stays symplectic."""
     found = lobatto_slopes(7, (14, 16, 18), mp.mpf(10) ** -14)
@@ -389,7 +389,7 @@ def rkmk_end(coordinates: str, index: int, steps: int) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "index", [pytest.param(0, id="SO(3)"), pytest.param(1, id="SO(4)", marks=pytest.mark.slow)]
+    "index", [pytest.param(0, id="SO(3)"), pytest.param(1, id="SO(4)", marks=pytest.mark.nightly)]
 )
 def test_rkmk_of_order_8_in_many_digits(index: int) -> None:
     """Both coordinates, closed form and series; the Cayley map is rational, exact to all digits.
@@ -433,7 +433,7 @@ def spoiled(table: Any, name: str, change: Fraction) -> Any:
     ],
     ids=["weights", "weights in the algebra", "a wrong claim"],
 )
-def test_a_spoiled_tableau_is_noticed(method: Method, order: int) -> None:
+def test_a_spoiled_tableau_is_noticed(method: gi.Method, order: int) -> None:
     """A thousandth of a weight."""
     found = measured(method, method.needs, 0, COUNTS[order], floor=0.0)
     assert found != pytest.approx([order] * 2, abs=0.2)
@@ -516,7 +516,7 @@ def test_a_spoiled_composition_is_noticed(monkeypatch: pytest.MonkeyPatch) -> No
         assert found != pytest.approx([4] * 2, abs=0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_spoiled_node_is_noticed() -> None:
     """The 34th digit of a Gauss node."""
     with mp.workdps(60):

@@ -10,7 +10,7 @@ import pytest
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block, scalar_block
 from geomint.kernels.solve.small_matrices import solve_small
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.problems.testproblems import neumann
 from tests.problems import double_pendulum, frame_in_field, spherical_pendulum
 
@@ -22,7 +22,7 @@ CASES = {
     "depending on time": (neumann.problem(season=0.4), neumann.initial()),
 }
 each_case = pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=[pytest.mark.slow] * (case == "two")) for case in CASES]
+    "case", [pytest.param(case, marks=[pytest.mark.nightly] * (case == "two")) for case in CASES]
 )
 
 
@@ -69,7 +69,7 @@ def test_any_size_is_served(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
         ends = []
         for largest in (9, 0):
             monkeypatch.setattr(rattle, "MAX_UNROLLED_ROWS", largest)
-            stepper = find_method("rattle-2").start(Start(flagged(problem, flag), y0, 0.0, 0.05))
+            stepper = gi.find_method("rattle-2").start(Start(flagged(problem, flag), y0, 0.0, 0.05))
             assert stepper.advance(0, 50, 50, scalar_block(stepper.rows)).status == 0
             ends.append(stepper.memory.data.copy())
         np.testing.assert_array_equal(ends[0], ends[1])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.methods import find_method, method_names, methods
+from geomint.methods import methods
 from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from tests.problems import examples
 
@@ -27,11 +27,11 @@ each_name = pytest.mark.parametrize("name", [*methods(), *COMPOSED])
 @each_name
 def test_names_lead_back(name: str) -> None:
     """A method's own name finds the method, of the same order."""
-    method = find_method(name)
-    again = find_method(method.name)
+    method = gi.find_method(name)
+    again = gi.find_method(method.name)
     assert again == method
     assert again.name == method.name
-    assert find_method(method) is method
+    assert gi.find_method(method) is method
     assert name == name.lower()
     assert " " not in name
 
@@ -39,7 +39,7 @@ def test_names_lead_back(name: str) -> None:
 @each_name
 def test_what_a_method_states(name: str) -> None:
     """Form, order, default step, words for tables."""
-    method = find_method(name)
+    method = gi.find_method(name)
     assert method.needs in ("field", "action", "hamiltonian", "splitting")
     assert 1 <= method.order <= 32
     assert 0.0 < method.step_fraction <= 1.0
@@ -51,7 +51,7 @@ def test_what_a_method_states(name: str) -> None:
 
 def test_all_tableaux_have_methods() -> None:
     """A new literal in a registry of tableaux is a new method."""
-    names = method_names()
+    names = gi.method_names()
     assert set(RUNGE_KUTTA) <= set(names)
     assert set(COMMUTATOR_FREE) <= set(names)
     for prefix in ("rkmk", "rkmk-cayley"):
@@ -84,10 +84,10 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.warns(
             gi.GeomintWarning, match="is left out: expected a geomint.Method"
         ) as said:
-            assert find_method("mine-3") is mine
+            assert gi.find_method("mine-3") is mine
         assert len(said) == 4
         assert any("RuntimeError: at its import" in str(w.message) for w in said)
-        assert not {"other-name", "no-method", "silent", "broken"} & set(method_names())
+        assert not {"other-name", "no-method", "silent", "broken"} & set(gi.method_names())
     finally:
         methods.cache_clear()
 
@@ -109,7 +109,7 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_a_wrong_name_may_mean(word: str, meant: str, family: str) -> None:
     """Of a family without a number the default, or the lowest order, and what else it has."""
     with pytest.raises(gi.MethodError, match=f"Did you mean '{meant}'") as raised:
-        find_method(word)
+        gi.find_method(word)
     assert (f" The family: {family}" in str(raised.value)) == bool(family)
 
 
@@ -119,7 +119,7 @@ def test_what_a_wrong_name_may_mean(word: str, meant: str, family: str) -> None:
 )
 def test_options_keep_the_rest(name: str) -> None:
     """Order, name and composition."""
-    method = find_method(name)
+    method = gi.find_method(name)
     assert {"iteration_tolerance", "max_iterations"} <= set(method.options)
     changed = method.with_options(max_iterations=7, iteration_tolerance=1e-9)
     assert changed.options["max_iterations"] == 7
@@ -138,8 +138,8 @@ def test_compositions_know_their_base() -> None:
     assert gi.Compose(gi.Gauss(1), 6).order == 6
     assert gi.Compose(gi.Rattle(), "suzuki-4").order == 4
     assert gi.Compose(gi.Verlet(), 8).order == 8
-    assert gi.Compose(gi.Gauss(2), 6) == find_method("gauss-2-suzuki-6")
-    assert gi.Compose(gi.Compose(gi.Gauss(1), 4), 6) == find_method("gauss-1-suzuki-4-suzuki-6")
+    assert gi.Compose(gi.Gauss(2), 6) == gi.find_method("gauss-2-suzuki-6")
+    assert gi.Compose(gi.Compose(gi.Gauss(1), 4), 6) == gi.find_method("gauss-1-suzuki-4-suzuki-6")
     assert gi.Compose(gi.Gauss(2), "kahan-li-8").order == 8
     with pytest.raises(gi.MethodError, match="bases of order 4 or more to 6"):
         gi.Compose(gi.Rattle(), "suzuki-6")

@@ -116,7 +116,7 @@ def test_quadratic_invariants_stay_to_rounding() -> None:
     assert abs(abs(sol.y[0]) - 1).max() < 4e-15
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_compiled_function_gives_the_same() -> None:
     compiled = numba.njit(swing)
     asked = {"method": gi.scipy.GAUSS8, "step": 0.25, "t_eval": [1.0, 19.9]}

@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from first_steps import KINDS, problems, states
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, LaneBlock, section
+from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES, Lanes
 from geomint.kernels.solve.gauss import gauss_memory
 from geomint.kernels.solve.status import OK
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.methods.gauss import lane_positions
 from geomint.problems.testproblems import neumann
 from geomint.tableaux import gauss_legendre
+from tests.methods.first_steps import KINDS, problems, states
 
 Array = Any
 EPSILON = 2.0**-52
@@ -76,7 +76,7 @@ class Steps:
         result = stepper.advance(0, 1, 2, Block(np.zeros(0)))
         if result.status == OK:
             width = len(self.lanes) > LANES
-            numbers = section(stepper.memory, gauss_memory(rows, 1 + width), "stages").data
+            numbers = gi.section(stepper.memory, gauss_memory(rows, 1 + width), "stages").data
             L = np.concatenate(list(numbers.reshape(1 + width, rows, LANES)), axis=1)
             self.accepted.append((y, stepper.state.copy(), h, L.T[self.lanes]))
         elif np.isfinite(derivatives(self.problem, np.array([T0]), y[None])).all():
@@ -121,7 +121,7 @@ def test_a_tolerance_is_met(kind: str) -> None:
     assert failed <= TOO_LONG.get(kind, 0.05) * taken
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("stages", [2, 8, 12])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_thousand_accepted_steps_are_solved(kind: str, stages: int) -> None:
@@ -140,7 +140,7 @@ def test_fixed_points_stop_at_once(name: str) -> None:
     problem = neumann.problem()
     for i in range(3):
         y = np.eye(6)[i]
-        stepper = find_method(name).start(Start(problem, y, 0.0, 0.3))
+        stepper = gi.find_method(name).start(Start(problem, y, 0.0, 0.3))
         result = stepper.advance(0, 10, 10, Block(np.zeros(6)))
         assert (result.status, result.steps) == (OK, 10)
         assert result.iterations <= 20

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from first_steps import KINDS, problems, states
 
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.status import OK
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.methods.stepper import Stepper
+from tests.methods.first_steps import KINDS, problems, states
 
 Array = Any
 EPSILON = 2.0**-52
@@ -94,7 +94,7 @@ def of_spheres() -> list[tuple[gi.Problem, Array]]:
 def check(kind: str, count: int, few: bool) -> tuple[int, int]:
     """Take first steps, of few problems in plain Python, which has the same bits."""
     taken = failed = 0
-    method = find_method("rattle-2")
+    method = gi.find_method("rattle-2")
     for problem, start in of_spheres():
         if few and (problem.name not in ("spherical-pendulum", "neumann-3")):
             continue
@@ -124,7 +124,7 @@ def test_an_accepted_rattle_step_is_solved(kind: str) -> None:
     assert failed <= 0.02 * taken
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS)
 def test_accepted_rattle_steps_are_solved(kind: str) -> None:
     """Of all systems on spheres and their images."""
@@ -135,7 +135,7 @@ def test_accepted_rattle_steps_are_solved(kind: str) -> None:
 
 def test_a_sphere_at_rest_stays_at_rest() -> None:
     """Wherever it is: what rounding leaves of g(q) = 0 pushes nothing, and one iteration sees it."""
-    method = find_method("rattle-2")
+    method = gi.find_method("rattle-2")
     free = [(x, y) for x, y in of_spheres() if x.name == "chaplygin-sphere-hamiltonized"]
     assert free
     for problem, start in free:

@@ -12,7 +12,6 @@ from mpmath import mp
 import geomint as gi
 from geomint.kernels.groups.great_circle import SMALL
 from geomint.kernels.numbers.blocks import Block
-from geomint.problems.evaluate import derivative, value
 from geomint.problems.testproblems import neumann
 from tests.problems import abc_flow, lotka_volterra, spherical_pendulum
 
@@ -130,7 +129,7 @@ def test_verlet_keeps_the_sphere(name: str, h: float) -> None:
                 assert drift.max_abs_error < 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_sphere_for_ten_million_steps() -> None:
     """No slope of |q|² − 1 or (q, p), nor of the angular momentum."""
     sol = gi.solve(
@@ -164,7 +163,9 @@ def test_parts_sum_to_the_field(problem: gi.Problem, y: np.ndarray) -> None:
     """Also where the splitting is the only form."""
     only = dataclasses.replace(problem, field=None, hamiltonian=None)
     for t in (0.0, 0.7):
-        np.testing.assert_allclose(derivative(only, y, t), derivative(problem, y, t), atol=1e-6)
+        np.testing.assert_allclose(
+            gi.derivative(only, y, t), gi.derivative(problem, y, t), atol=1e-6
+        )
 
 
 @pytest.mark.nojit
@@ -255,7 +256,7 @@ def test_the_wrong_form() -> None:
 def test_uhlenbeck_integrals() -> None:
     """Σ F_k = (q, q) and ½ Σ a_k F_k = H on T*S^(n−1)."""
     problem, y = neumann.problem((0.5, 1.3, 2.6, 0.9)), neumann.initial(4)
-    found = [value(problem, problem.invariants[f"F{k}"], y) for k in (1, 2, 3, 4)]
+    found = [gi.value(problem, problem.invariants[f"F{k}"], y) for k in (1, 2, 3, 4)]
     assert sum(found) == pytest.approx(1.0, abs=1e-14)
-    energy = value(problem, problem.invariants["energy"], y)
+    energy = gi.value(problem, problem.invariants["energy"], y)
     assert 0.5 * problem.params[1:] @ found == pytest.approx(energy, abs=1e-14)

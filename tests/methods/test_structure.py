@@ -12,14 +12,13 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, section
+from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.gauss import gauss_coefficients
-from geomint.methods import Start, find_method, methods
+from geomint.methods import Start, methods
 from geomint.methods.gauss import lane_positions
 from geomint.methods.stepper import Stepper
 from geomint.problems.testproblems import neumann, pulsating_body, sphere_metric
 from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
-from geomint.watch.drift import Drift
 from tests.problems import (
     double_pendulum,
     frame_in_field,
@@ -33,7 +32,7 @@ STEPS = 10**5
 WALK = EPSILON * STEPS**0.5
 
 
-def assert_no_drift(drift: Drift, scale: float) -> None:
+def assert_no_drift(drift: gi.Drift, scale: float) -> None:
     """Errors of the size of a random walk of roundings, and no slope beyond the scatter.
 
     Not every random walk looks like one, even to a rule that errs in few of a hundred.
@@ -68,11 +67,11 @@ def test_gauss_keeps_quadratic_invariants(stages: int) -> None:
 def test_a_last_bit_of_a_coefficient_matters() -> None:
     """μ_ij + μ_ji = 1 + 2⁻⁵² instead of 1: quadratic invariants drift."""
     problem, y0 = pulsating_body.problem(), pulsating_body.INITIAL
-    method = find_method("gauss-3")
+    method = gi.find_method("gauss-3")
     stepper = method.start(Start(problem, y0, 0.0, 0.2))
     at = lane_positions(3, 8)
     layout = gauss_coefficients(problem.rows, 1, 1)
-    mu = section(stepper.coefficients, layout, "mu").data.reshape(8, 8)
+    mu = gi.section(stepper.coefficients, layout, "mu").data.reshape(8, 8)
     assert mu[at[0], at[1]] + mu[at[1], at[0]] == 1.0
     mu[at[0], at[1]] += 2.0**-52
 
@@ -137,16 +136,16 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "h"),
     [
-        pytest.param("rattle-2", 0.02, marks=pytest.mark.slow),
-        pytest.param("rattle-4", 0.05, marks=pytest.mark.slow),
+        pytest.param("rattle-2", 0.02, marks=pytest.mark.nightly),
+        pytest.param("rattle-4", 0.05, marks=pytest.mark.nightly),
         ("lobatto-3", 0.05),
-        pytest.param("rattle-6", 0.1, marks=pytest.mark.slow),
+        pytest.param("rattle-6", 0.1, marks=pytest.mark.nightly),
     ],
 )
 def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     """Constraints to a few roundings over 10⁵ steps; a quadratic momentum map as a random walk.
 
-    Of the two that are not slow either takes two of the problems.
+    Of the two in the fast row either takes two of the problems.
     """
     metric, frame = sphere_metric.problem(5, pulse=0.0), frame_in_field.problem(season=0.0)
     every = [
@@ -194,7 +193,7 @@ PLANE = gi.Problem(
 ANGLE = gi.Problem("angle", (("angle", 1),), [0.7, -0.4], field=turning_angle)
 
 
-EXPONENTIAL = [n for n in ACTION_METHODS if "cayley" not in n and not find_method(n).adaptive]
+EXPONENTIAL = [n for n in ACTION_METHODS if "cayley" not in n and not gi.find_method(n).adaptive]
 
 
 @pytest.mark.parametrize("name", EXPONENTIAL)
@@ -236,7 +235,7 @@ def symmetric_problem(form: str) -> tuple[gi.Problem, np.ndarray]:
 
 def there_and_back(name: str, h: float = 0.2) -> float:
     """The distance from the start after a step forth and a step back."""
-    method = find_method(name)
+    method = gi.find_method(name)
     problem, y0 = symmetric_problem(method.needs)
     forth = method.start(Start(problem, y0, 0.0, h))
     y1 = forth.single_step(y0, 0.0, h)
@@ -397,7 +396,7 @@ def test_methods_are_symplectic_on_the_manifold(case: str, name: str) -> None:
     """Five steps, on the tangent space of T*S^(n−1), also with a metric that changes in time."""
     problem, y0 = ON_MANIFOLDS[case]()
     h = 0.1
-    stepper = find_method(name).start(Start(problem, y0, 0.0, h))
+    stepper = gi.find_method(name).start(Start(problem, y0, 0.0, h))
     assert symplectic_defect(problem, y0, stepper, h, 5) <= 1e-12
 
 
@@ -405,14 +404,14 @@ def test_a_method_that_is_not_symplectic_is_noticed() -> None:
     """An explicit method at the same step; Gauss methods of the ODE are not on T*S either."""
     problem, y0 = metric(3)
     for name, size in (("rk-4", 1e-7), ("gauss-1", 1e-6)):
-        stepper = find_method(name).start(Start(problem, y0, 0.0, 0.1))
+        stepper = gi.find_method(name).start(Start(problem, y0, 0.0, 0.1))
         assert symplectic_defect(problem, y0, stepper, 0.1, 5) > size
 
 
 def test_gauss_methods_are_not_symplectic_on_the_manifold() -> None:
     """The defect of the Hamiltonised flow is of order h^(2s+1) a step, and no plan says symplectic."""
     problem, y0 = hamiltonized(3)
-    method = find_method("gauss-1")
+    method = gi.find_method("gauss-1")
     coarse, fine = (
         symplectic_defect(problem, y0, method.start(Start(problem, y0, 0.0, h)), h, steps)
         for h, steps in ((0.1, 5), (0.05, 10))
@@ -421,7 +420,7 @@ def test_gauss_methods_are_not_symplectic_on_the_manifold() -> None:
     assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.2)  # of a time, one order less
     assert method.structure(problem) == "symmetric"
     for name in ("rattle-2", "verlet-2"):
-        assert find_method(name).structure(problem) == "symmetric and symplectic"
+        assert gi.find_method(name).structure(problem) == "symmetric and symplectic"
 
 
 def test_the_naive_hamiltonian_has_another_constraint() -> None:

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import FAMILIES, PROBLEMS
 
 import geomint as gi
-from geomint.methods import find_method
 from geomint.problems.derivatives import slopes_of
 from geomint.problems.testproblems import henon_heiles, neumann
 from geomint.scene.load import builtin_scenes
+from tests.families import FAMILIES, PROBLEMS
 from tests.problems import spherical_pendulum
 
 
@@ -63,10 +62,10 @@ def watched(p: gi.Problem, y0: Any, method: Any, step: float, steps: int) -> gi.
 
 
 def steps_of(name: str, p: gi.Problem, y0: np.ndarray, part: float = 1.0) -> float:
-    return part * find_method(name).default_step(p, y0, 1.0)
+    return part * gi.find_method(name).default_step(p, y0, 1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", [*DECLARED, *OWN])
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_flows_keep_what_is_declared(name: str) -> None:
@@ -82,7 +81,7 @@ def test_flows_keep_what_is_declared(name: str) -> None:
         assert drift.within_roundoff
 
 
-PAIRS = [(n, k) for n, k in FAMILIES if k in OWN and not find_method(n).adaptive]
+PAIRS = [(n, k) for n, k in FAMILIES if k in OWN and not gi.find_method(n).adaptive]
 MORE = [
     ("verlet-4", "neumann"),
     ("rk-4", "lotka"),
@@ -95,7 +94,7 @@ MORE = [
 def test_methods(name: str, problem: str) -> None:
     """Round-off for methods that say so; else of order p + 1 in the step."""
     p, y0 = OWN[problem]
-    y0, method = p.canonical(y0), find_method(name)
+    y0, method = p.canonical(y0), gi.find_method(name)
     step = steps_of(name, p, y0)
     drift = watched(p, y0, method, step, 200)
     if "symplectic" in method.structure(p):
@@ -154,7 +153,10 @@ def test_units() -> None:
     "name",
     [
         "gauss-4",
-        *(pytest.param(x, marks=pytest.mark.slow) for x in ("rattle-2", "verlet-2", "lobatto-8")),
+        *(
+            pytest.param(x, marks=pytest.mark.nightly)
+            for x in ("rattle-2", "verlet-2", "lobatto-8")
+        ),
     ],
 )
 def test_special_states(name: str) -> None:

@@ -81,7 +81,7 @@ def test_every_problem_is_one(name: str) -> None:
     check_problem(problem, [y0])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @each_case
 def test_forms_describe_one_flow(name: str) -> None:
     """Methods of all forms come to the same state, by the ODE's own reference.

@@ -8,14 +8,14 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis import HealthCheck, given, strategies as st
 
 import geomint as gi
-from geomint.errors import MissingCodeError
 from geomint.methods import methods
 from geomint.run.restart import Restart
 from geomint.run.result import StepSizes
 from geomint.run.storage import save_solution
+from tests.rows import examples
 from tests.series import drift_of_series
 
 MODELS = {name: gi.load_scene(name).model for name in gi.scene_names()}
@@ -119,12 +119,7 @@ NAMES = st.sampled_from(
 BITS = st.integers(0, 2**64 - 1)
 
 
-@settings(
-    max_examples=50,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@examples(25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_any_names_and_numbers(data, tmp_path):
     names = data.draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
@@ -200,7 +195,7 @@ def test_rows_of_a_dataframe():
 @pytest.mark.parametrize(("library", "name"), [("xarray", "to_xarray"), ("pandas", "to_dataframe")])
 def test_without_an_optional_library(monkeypatch, library, name):
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(MissingCodeError, match=f"pip install {library}") as error:
+    with pytest.raises(gi.MissingCodeError, match=f"pip install {library}") as error:
         getattr(made(PROBLEMS["sphere-n3:reduced"]), name)()
     assert error.value.what == f"Solution.{name}"
 
@@ -249,12 +244,12 @@ def test_where_the_code_is_lost(module, tmp_path):
         (trusting, "turning_module"),
     ):
         with pytest.raises(
-            MissingCodeError, match=rf"{reason}|{reason}.*load\(path, prob"
+            gi.MissingCodeError, match=rf"{reason}|{reason}.*load\(path, prob"
         ) as error:
             one.problem
         assert error.value.what == "problem 'turn'"
         assert "geomint.load(path, problem=…)" in str(error.value)
-    with pytest.raises(MissingCodeError):
+    with pytest.raises(gi.MissingCodeError):
         gi.solve(found, t_end=1.0)
     assert gi.load(path, problem).problem is problem
     for other in (module.problem(2.0), PROBLEMS["sphere-n3:reduced"], "turn"):
@@ -269,7 +264,7 @@ def test_functions_that_have_no_place(monkeypatch, tmp_path):
     space = {"gi": gi, "__name__": "nowhere"}
     exec(MODULE, space)
     found = through(made(space["problem"]()), tmp_path / "run.nc")
-    with pytest.raises(MissingCodeError, match="cloudpickle"):
+    with pytest.raises(gi.MissingCodeError, match="cloudpickle"):
         found.problem
 
 
@@ -287,7 +282,7 @@ def test_the_problem_of_a_scene_is_found_by_its_system(tmp_path):
         {"system": {"name": "no such"}},
         {"initial": {"x": 1}},
     ):
-        with pytest.raises(MissingCodeError):
+        with pytest.raises(gi.MissingCodeError):
             dataclasses.replace(lost, **changes).found(unpickle=True)
     assert json.loads(json.dumps(found.provenance)) == json.loads(json.dumps(provenance))
 
@@ -297,7 +292,7 @@ def test_a_loaded_run_goes_on_bit_by_bit(module, tmp_path):
     run = {"method": gi.RungeKutta("rk-4"), "step": 0.1, "save_every": 1, "compiled": False}
     whole = gi.solve(problem, [1.0, 0.0], t_end=2.0, **run)
     half = through(gi.solve(problem, [1.0, 0.0], t_end=1.0, **run), tmp_path / "half.nc")
-    with pytest.raises(MissingCodeError, match=r"geomint\.load"):
+    with pytest.raises(gi.MissingCodeError, match=r"geomint\.load"):
         gi.solve(half, t_end=2.0)
     for known in ({"problem": problem}, {"trust": True}):
         half = gi.load(tmp_path / "half.nc", **known)

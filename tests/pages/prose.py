@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from blocks import PAGES
+from tests.pages.blocks import PAGES
 
 # What begins a line of its own: headings, tables, items, quotes, options, targets, HTML, mathematics.
 _OWN = re.compile(r"\s*(#|\||[-*+] |\d+\. |>|:[\w-]+:|\(.*\)=$|<|\$\$|%|\+\+\+|:::)")

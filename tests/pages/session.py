@@ -1,4 +1,4 @@
-"""Run what the pages show. ``python tests/pages/session.py NAME …`` writes new outputs into pages."""
+"""Run what the pages show. ``python -m tests.pages.session NAME …`` writes new outputs into pages."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from blocks import Command, blocks, commands, examples, page, rewrite
 from click.testing import CliRunner
 from llvmlite.binding import get_host_cpu_features
 
+import geomint as gi
 from geomint.cli import main
-from geomint.errors import GeomintError
+from tests.pages.blocks import Command, blocks, commands, examples, page, rewrite
 
 WIDTH = "100"  # columns of the terminal that pages show
 SLOW = ("drift", "compare", "exact", "audit", "stress")
@@ -154,5 +154,5 @@ if __name__ == "__main__":
     for given in sys.argv[1:]:
         try:
             write(given)
-        except GeomintError as error:
+        except gi.GeomintError as error:
             sys.exit(f"{given}: {error}")

@@ -15,15 +15,15 @@ import click
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from blocks import Block, blocks, commands, examples, invocations, page
 from scipy.integrate import solve_ivp
-from session import NOT_RUN, alike, is_slow, outputs, printed, same
 
 import geomint as gi
 from geomint.cli import main
 from geomint.methods import registry
 from geomint.problems.testproblems import henon_heiles
 from geomint.watch.registry import plugged
+from tests.pages.blocks import Block, blocks, commands, examples, invocations, page
+from tests.pages.session import NOT_RUN, alike, is_slow, outputs, printed, same
 
 CONSOLES = ["tutorial", "scene-files", "is-it-chaotic"]
 # The packages that pages tell how to write are installed as they say: see below.
@@ -60,7 +60,7 @@ def test_every_block_is_run_somewhere() -> None:
 
 
 @pytest.mark.parametrize(
-    "slow", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["fast", "all"]
+    "slow", [False, pytest.param(True, marks=pytest.mark.nightly)], ids=["fast", "all"]
 )
 @pytest.mark.parametrize("name", CONSOLES)
 def test_commands_print_what_the_page_shows(name: str, slow: bool, tmp_path: Path) -> None:

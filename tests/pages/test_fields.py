@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable
 
 import pytest
-from blocks import ROOT, page
 
 import geomint as gi
+from tests.pages.blocks import ROOT, page
 
 SURFACE = (ROOT / "tests" / "surface.txt").read_text("utf-8")
 

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blocks import ROOT, page
 
 import geomint as gi
+from tests.pages.blocks import ROOT, page
 
 RESULTS = ROOT / "benchmarks" / "results"
 
@@ -240,7 +240,7 @@ EXAMPLES = re.findall(
 )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("words", "quantity", "size", "kind"), EXAMPLES)
 def test_examples_of_drift_classes(
     words: str, quantity: str, size: str, kind: str, tmp_path: Path

@@ -8,19 +8,16 @@ from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
-import tables
-from blocks import PAGES, README, ROOT, blocks, page as page_of, prose
-from public_names import with_public_names
 
 import chaplygin
-import geomint
-from geomint.errors import MethodError
-from geomint.methods import find_method, method_names
+import geomint as gi
+from docs import tables
+from docs.public_names import with_public_names
 from geomint.problems.systems import find_system, system_names
-from geomint.scene import scene_names
 from geomint.stress.case import stress_cases
 from geomint.tableaux.composition import COMPOSITIONS
 from geomint.tableaux.runge_kutta import RUNGE_KUTTA
+from tests.pages.blocks import PAGES, README, ROOT, blocks, page as page_of, prose
 
 API = ROOT / "docs" / "api"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -36,7 +33,7 @@ def test_what_is_public_is_documented_by_its_public_name() -> None:
     listed += [f"geomint.{name}" for name in re.findall(r"py:data:: (\w+)\n", text)]
     listed += re.findall(r"automodule:: (geomint\.scipy)\n", text)
     assert len(listed) == len(set(listed))
-    for package in (geomint, chaplygin):
+    for package in (gi, chaplygin):
         assert {f"{package.__name__}.{name}" for name in package.__all__} <= set(listed)
 
 
@@ -99,7 +96,7 @@ def test_versions_agree() -> None:
     citation = (ROOT / "CITATION.cff").read_text("utf-8")
     changes = (ROOT / "CHANGELOG.md").read_text("utf-8")
     version = PROJECT["project"]["version"]
-    assert geomint.__version__ == metadata("geomint")["Version"] == version
+    assert gi.__version__ == metadata("geomint")["Version"] == version
     assert re.search(r"^version: (\S+)$", citation, re.MULTILINE)[1] == version
     released = re.search(r"^date-released: (\S+)$", citation, re.MULTILINE)
     dated = re.search(rf"^## \[{re.escape(version)}\] - (\S+)$", changes, re.MULTILINE)
@@ -119,8 +116,8 @@ def test_methods_that_pages_name_exist() -> None:
             if name in EXAMPLES:
                 continue
             try:
-                find_method(name)
-            except MethodError as error:
+                gi.find_method(name)
+            except gi.MethodError as error:
                 raise AssertionError(f"{path.name}: {error}") from None
             seen.add(name)
     assert len(seen) > 30
@@ -159,18 +156,18 @@ def test_every_method_is_listed() -> None:
     text = text.split("\n## ", 1)[0]
     rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| ")][1:]
     names, patterns = set(), []
-    known = {name: find_method(name) for name in method_names()}
+    known = {name: gi.find_method(name) for name in gi.method_names()}
     for _, cell, order, needs, *_ in rows:
         given = expanded(cell)
         plain = {name for name in given if name == name.lower()}
         names |= plain
         patterns += [re.sub(r"[A-Z]+", any_of, name) for name in given - plain]
-        orders = {find_method(name).order for name in plain & set(known)}
+        orders = {gi.find_method(name).order for name in plain & set(known)}
         if len(orders) > 1:
             first, last = (int(word) for word in re.findall(r"\d+", order))
             assert (min(orders), max(orders)) == (first, last), cell
             assert {known[name].needs for name in plain} == {needs.strip(" `")}, cell
-    assert all(find_method(name) for name in names if name in known or "suzuki" in name)
+    assert all(gi.find_method(name) for name in names if name in known or "suzuki" in name)
     left = {n for n in set(known) - names if not any(re.fullmatch(p, n) for p in patterns)}
     assert not left
 
@@ -179,7 +176,7 @@ def test_scenes_and_systems_are_on_the_pages() -> None:
     """By tables that are made of the registries, on the pages about them."""
     for page, table, names in (
         ("scene-files", "scene_keys", system_names()),
-        ("systems", "scenes", scene_names()),
+        ("systems", "scenes", gi.scene_names()),
     ):
         assert f"{{{{ {table} }}}}" in (ROOT / "docs" / f"{page}.md").read_text("utf-8")
         rows = getattr(tables, table)().splitlines()[2:]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
-from blocks import page
-from catalogue import makers, problems
 
 from geomint import load_scene
+from tests.pages.blocks import page
+from tests.pages.catalogue import makers, problems
 
 DIMENSIONS = (3, 4, 5)
 NOTATION = page("notation").read_text("utf-8")

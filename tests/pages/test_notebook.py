@@ -7,8 +7,9 @@ from typing import Any
 
 import nbformat
 import pytest
-from blocks import ROOT
 from nbclient import NotebookClient
+
+from tests.pages.blocks import ROOT
 
 NOTEBOOK = ROOT / "docs" / "first-minutes.ipynb"
 SHOWN = ("text/plain", "text/html", "image/png")

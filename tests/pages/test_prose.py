@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 import pytest
-from blocks import page
-from prose import WRITTEN, joined
 
 from geomint.cli import main
+from tests.pages.blocks import page
+from tests.pages.prose import WRITTEN, joined
 
 # Words for which "How we write" in CONTRIBUTING has plainer ones.
 NOT_PLAIN = re.compile(

@@ -6,7 +6,8 @@ import re
 import tomllib
 
 import pytest
-from blocks import ROOT
+
+from tests.pages.blocks import ROOT
 
 PICTURE = (ROOT / "docs" / "design.md").read_text("utf-8").split("```text\n")[1].split("```")[0]
 

@@ -6,8 +6,8 @@ each, with an admissible state at time 0, and of those of `geomint.problems.test
 
 from __future__ import annotations
 
+import geomint as gi
 from geomint.arguments import Array
-from geomint.problems.problem import Problem
 from geomint.problems.testproblems import henon_heiles, neumann, pulsating_body, sphere_metric
 
 from . import (
@@ -29,7 +29,7 @@ from . import (
 __all__ = ["examples"]
 
 
-def examples() -> list[tuple[Problem, Array]]:
+def examples() -> list[tuple[gi.Problem, Array]]:
     """Return all problems, at default parameters, each with an initial state."""
     metric, frame = sphere_metric.problem(), frame_in_field.problem()
     hole = schwarzschild.problem()

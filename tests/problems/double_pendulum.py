@@ -6,10 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from geomint.kernels.compiling.recorded import field, helper
-from geomint.kernels.numbers.exponential import log
-from geomint.problems.forms import Hamiltonian, Measure
-from geomint.problems.problem import Problem
+import geomint as gi
 
 __all__ = ["INITIAL", "problem"]
 
@@ -17,19 +14,19 @@ __all__ = ["INITIAL", "problem"]
 INITIAL = np.array([0.0, 0.0, -1.0, 0.0, 0.6, -1.8, 0.3, 0.5, 0.0, 0.15, 0.45, 0.15])
 
 
-@helper
+@gi.helper
 def named(params: Any) -> Any:
     """Return m, M and g: the parameters, in the order of those of `problem`."""
     return params[0], params[1], params[2]
 
 
-@helper
+@gi.helper
 def product(y: Any, i: int, j: int) -> Any:
     """(y_i, y_j) of two 3-vectors in a block."""
     return y[i] * y[j] + y[i + 1] * y[j + 1] + y[i + 2] * y[j + 2]
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ẋ = p_x/m, ẇ = p_w/M; ṗ_x = −mg e₃ − λx + μd, ṗ_w = −Mg e₃ − μd with d = w − x.
 
@@ -59,7 +56,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[11] = out[11] - M * gravity
 
 
-@field
+@gi.field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = g (m e₃, M e₃), ∂H/∂p = (p_x/m, p_w/M)."""
     m, M, gravity = named(params)
@@ -72,7 +69,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
     dq[5] = dq[5] + M * gravity
 
 
-@field
+@gi.field
 def rods(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
     """½(|x|² − 1), ½(|w − x|² − 1) and their Jacobian."""
     first, second = -1.0 + 0.0 * q[0], -1.0 + 0.0 * q[0]
@@ -88,7 +85,7 @@ def rods(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
     g[1] = 0.5 * second
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = |p_x|²/2m + |p_w|²/2M + g (m x₃ + M w₃)."""
     m, M, gravity = named(params)
@@ -96,19 +93,19 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return kinetic + gravity * (m * y[2] + M * y[5])
 
 
-@field
+@gi.field
 def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Angular momentum about the vertical."""
     return (y[0] * y[7] - y[1] * y[6]) + (y[3] * y[10] - y[4] * y[9])
 
 
-@field
+@gi.field
 def upper_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|x|² − 1."""
     return product(y, 0, 0) - 1.0
 
 
-@field
+@gi.field
 def lower_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|w − x|² − 1."""
     total = -1.0 + 0.0 * y[0]
@@ -117,7 +114,7 @@ def lower_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-@field
+@gi.field
 def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Log det(G M⁻¹ Gᵀ): the symplectic volume is det{c_i, c_j}^½ δ(c) dq dp, c = (g, G M⁻¹ p)."""
     m, M, _ = named(params)
@@ -127,10 +124,10 @@ def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         xx += y[i] * y[i]
         xd += y[i] * d
         dd += d * d
-    return log(xx * dd * (1.0 / m + 1.0 / M) / m - xd * xd / (m * m))
+    return gi.log(xx * dd * (1.0 / m + 1.0 / M) / m - xd * xd / (m * m))
 
 
-@field
+@gi.field
 def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """½(|x|² − 1), ½(|w − x|² − 1) and their rates."""
     m, M, _ = named(params)
@@ -145,7 +142,7 @@ def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[3] = second
 
 
-def problem(upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0) -> Problem:
+def problem(upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0) -> gi.Problem:
     """Return two points x, w with |x| = |w − x| = 1 and masses m, M in constant gravity.
 
     State: ``x``, ``w`` (3,) and their momenta ``px``, ``pw``. H = |p_x|²/2m + |p_w|²/2M +
@@ -156,15 +153,15 @@ def problem(upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0) -> Pro
     ----------
     J. E. Marsden, J. Scheurle, Z. Angew. Math. Phys. 44 (1993) 17.
     """
-    return Problem(
+    return gi.Problem(
         name="double-spherical-pendulum",
         pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
         params=np.array([upper, lower, gravity]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, rods, 2, separable=True),
+        hamiltonian=gi.Hamiltonian(gradients, rods, 2, separable=True),
         work=12,
         invariants={"energy": energy, "angular-momentum": angular_momentum},
         constraints={"upper-rod": upper_rod, "lower-rod": lower_rod},
-        measure=Measure(log_density, manifold, 4),
+        measure=gi.Measure(log_density, manifold, 4),
         parameters={"upper": upper, "lower": lower, "gravity": gravity},
     )

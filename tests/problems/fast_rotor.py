@@ -6,17 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from geomint.kernels.compiling.recorded import field
-from geomint.kernels.numbers.circular import cos, sin
-from geomint.problems.forms import Measure
-from geomint.problems.problem import Problem
+import geomint as gi
 
 __all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([0.02, 0.0, 1.0, 0.0])
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ż₁ = −r z₂, ż₂ = r z₁, q̇ = p, ṗ = −sin q − ½ω ε |z|², with r = ω (1 + ε q)."""
     rate = params[0] * (1.0 + params[1] * y[2])
@@ -24,23 +21,23 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = rate * y[0]
     out[2] = 1.0 * y[3]
     turning = params[0] * params[1] * (y[0] * y[0] + y[1] * y[1])
-    out[3] = -sin(y[2]) - 0.5 * turning
+    out[3] = -gi.sin(y[2]) - 0.5 * turning
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½ω (1 + ε q) |z|² + ½p² − cos q."""
     turning = params[0] * (1.0 + params[1] * y[2]) * (y[0] * y[0] + y[1] * y[1])
-    return 0.5 * (turning + y[3] * y[3]) - cos(y[2])
+    return 0.5 * (turning + y[3] * y[3]) - gi.cos(y[2])
 
 
-@field
+@gi.field
 def turning(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|z|², twice the action of the oscillator."""
     return y[0] * y[0] + y[1] * y[1]
 
 
-def problem(frequency: float = 100.0, coupling: float = 0.1) -> Problem:
+def problem(frequency: float = 100.0, coupling: float = 0.1) -> gi.Problem:
     """Return an oscillator z of frequency ω (1 + ε q) and a pendulum, q and p.
 
     ::
@@ -54,12 +51,12 @@ def problem(frequency: float = 100.0, coupling: float = 0.1) -> Problem:
     ----------
     E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., XIII.
     """
-    return Problem(
+    return gi.Problem(
         name="fast-rotor",
         pieces=(("z", 2), ("q", 1), ("p", 1)),
         params=np.array([frequency, coupling]),
         field=motion,
         invariants={"energy": energy, "turning": turning},
-        measure=Measure(),
+        measure=gi.Measure(),
         parameters={"frequency": frequency, "coupling": coupling},
     )

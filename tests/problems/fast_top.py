@@ -7,21 +7,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geomint.kernels.compiling.recorded import field, helper
-from geomint.problems.forms import Measure
-from geomint.problems.problem import Problem
+import geomint as gi
 from geomint.problems.spaces.sphere import product
 
 __all__ = ["initial", "problem"]
 
 
-@helper
+@gi.helper
 def named(params: Any) -> Any:
     """Return I, C and W: the parameters, in the order of those of `problem`."""
     return params[0], params[1], params[2]
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ṁ = m × Ω + W γ × e₃, γ̇ = γ × Ω, Ω = (m₁/I, m₂/I, m₃/C)."""
     across, along, weight = named(params)
@@ -34,7 +32,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = out[1] - weight * y[3]
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = (m₁² + m₂²)/2I + m₃²/2C + W γ₃."""
     across, along, weight = named(params)
@@ -42,7 +40,7 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 0.5 * (swing + y[2] * y[2] / along) + weight * y[5]
 
 
-@field
+@gi.field
 def spin(params: Any, t: Any, y: Any, work: Any) -> Any:
     """m₃."""
     return 1.0 * y[2]
@@ -53,7 +51,7 @@ def initial(spin: float = 40.0) -> npt.NDArray[np.float64]:
     return np.array([0.0, 0.0, spin, 0.6, 0.0, 0.8])
 
 
-def problem(across: float = 1.0, along: float = 0.5, weight: float = 2.0) -> Problem:
+def problem(across: float = 1.0, along: float = 0.5, weight: float = 2.0) -> gi.Problem:
     """Return Lagrange's top, seen from itself: angular momentum m and the vertical γ.
 
     ::
@@ -69,7 +67,7 @@ def problem(across: float = 1.0, along: float = 0.5, weight: float = 2.0) -> Pro
     L. D. Landau, E. M. Lifshitz, *Mechanics*, 3rd ed., §35; J. E. Marsden, T. S. Ratiu,
     *Introduction to Mechanics and Symmetry*, 2nd ed., section 15.10.
     """
-    return Problem(
+    return gi.Problem(
         name="fast-top",
         pieces=(("m", 3), ("gamma", 3)),
         params=np.array([across, along, weight]),
@@ -80,6 +78,6 @@ def problem(across: float = 1.0, along: float = 0.5, weight: float = 2.0) -> Pro
             "spin": spin,
             "direction-squared": product(3, 3, 3),
         },
-        measure=Measure(),
+        measure=gi.Measure(),
         parameters={"across": across, "along": along, "weight": weight},
     )

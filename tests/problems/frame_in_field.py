@@ -7,35 +7,31 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geomint.kernels.compiling.recorded import field, helper
-from geomint.kernels.numbers.circular import cos
-from geomint.problems.forms import Hamiltonian, Measure
-from geomint.problems.problem import Problem
-from geomint.problems.spaces.stiefel import Stiefel
+import geomint as gi
 
 from .double_pendulum import angular_momentum, product
 
 __all__ = ["initial", "problem"]
 
-FRAMES = Stiefel(3, 2)
+FRAMES = gi.Stiefel(3, 2)
 
 # q = (x, w), p = (p_x, p_w)
 
 
-@helper
+@gi.helper
 def named(params: Any) -> Any:
     """Return m, M, weight, stiffness and ε: the parameters, in the order of those of `problem`."""
     return params[0], params[1], params[2], params[3], params[4]
 
 
-@helper
+@gi.helper
 def pulls(params: Any, t: Any, q: Any) -> Any:
     """∂V/∂x₃ and ∂V/∂w₃; the other derivatives of V are 0."""
     _, _, weight, stiffness, season = named(params)
-    return weight * (1.0 + season * cos(2.0 * t)), stiffness * q[5]
+    return weight * (1.0 + season * gi.cos(2.0 * t)), stiffness * q[5]
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ẋ = p_x/m, ẇ = p_w/M, ṗ_x = −∂V/∂x − λx − νw, ṗ_w = −∂V/∂w − μw − νx.
 
@@ -57,7 +53,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[11] = out[11] - fw
 
 
-@field
+@gi.field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = ∂V/∂q, ∂H/∂p = (p_x/m, p_w/M)."""
     m, M, _, _, _ = named(params)
@@ -71,7 +67,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
     dq[5] = dq[5] + fw
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = |p_x|²/2m + |p_w|²/2M + V."""
     m, M, _, _, _ = named(params)
@@ -80,7 +76,7 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return kinetic + fx * y[2] + 0.5 * fw * y[5]
 
 
-@field
+@gi.field
 def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """½(|x|² − 1), ½(|w|² − 1), (x, w) and their rates: det(G M⁻¹ Gᵀ) is constant there."""
     m, M, _, _, _ = named(params)
@@ -93,7 +89,7 @@ def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 def initial(
-    problem: Problem, spin: tuple[float, float, float] = (0.3, -0.4, 0.9)
+    problem: gi.Problem, spin: tuple[float, float, float] = (0.3, -0.4, 0.9)
 ) -> npt.NDArray[np.float64]:
     """Return a state whose frame turns with the angular velocity `spin`."""
     x, w = np.array([0.6, 0.0, -0.8]), np.array([0.0, 1.0, 0.0])
@@ -108,7 +104,7 @@ def problem(
     stiffness: float = 1.3,
     season: float = 0.4,
     separable: bool = True,
-) -> Problem:
+) -> gi.Problem:
     """Return orthonormal vectors x, w with masses m, M in a field along the vertical.
 
     ::
@@ -131,14 +127,14 @@ def problem(
     numbers = {"first": first, "second": second, "weight": weight, "stiffness": stiffness}
     numbers["season"] = season
     invariants = {"angular-momentum": angular_momentum}
-    return Problem(
+    return gi.Problem(
         name="frame-in-field",
         pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
         params=np.array(list(numbers.values())),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, FRAMES.constraint, FRAMES.conditions, separable),
+        hamiltonian=gi.Hamiltonian(gradients, FRAMES.constraint, FRAMES.conditions, separable),
         invariants=invariants if season else {**invariants, "energy": energy},
         constraints=FRAMES.constraints,
-        measure=Measure(manifold=manifold, conditions=6),
+        measure=gi.Measure(manifold=manifold, conditions=6),
         parameters={**numbers, "separable": separable},
     )

@@ -6,42 +6,36 @@ from typing import Any
 
 import numpy as np
 
+import geomint as gi
 from geomint.arguments import Array
-from geomint.kernels.compiling.recorded import field
-from geomint.kernels.numbers.blocks import part
-from geomint.kernels.numbers.exponential import exp
-from geomint.problems.forms import Measure
-from geomint.problems.natural import natural_in_space
-from geomint.problems.problem import Problem
-from geomint.problems.two_form import SymplecticForm
 
 __all__ = ["INITIAL", "exact", "problem"]
 
 INITIAL = np.array([-0.3, 0.4])
 
 
-@field
+@gi.field
 def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """−∂V/∂q."""
-    e = exp(-params[1] * q[0])
+    e = gi.exp(-params[1] * q[0])
     out[0] = -2.0 * params[0] * params[1] * e * (1.0 - e)
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ = −∂V/∂q."""
     out[0] = 1.0 * y[1]
-    force(params, t, part(y, 0, 1), part(out, 1, 1), work)
+    force(params, t, gi.part(y, 0, 1), gi.part(out, 1, 1), work)
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½ p² + D (1 − e^(−aq))²."""
-    stretch = 1.0 - exp(-params[1] * y[0])
+    stretch = 1.0 - gi.exp(-params[1] * y[0])
     return 0.5 * y[1] * y[1] + params[0] * stretch * stretch
 
 
-def exact(problem: Problem, y0: Array, t: Array) -> Array:
+def exact(problem: gi.Problem, y0: Array, t: Array) -> Array:
     """Return the states at times t of a motion with H < D, shape (times, 2).
 
     e^(aq) = (D + √(DH) cos(ωt + φ))/(D − H), ω = a √(2(D − H)).
@@ -57,7 +51,7 @@ def exact(problem: Problem, y0: Array, t: Array) -> Array:
     return np.stack([np.log(u) / a, velocity], axis=-1)
 
 
-def problem(depth: float = 1.5, a: float = 0.8) -> Problem:
+def problem(depth: float = 1.5, a: float = 0.8) -> gi.Problem:
     """Return the oscillator of P. M. Morse of mass 1, H = ½ p² + D (1 − e^(−aq))².
 
     Bound for H < D, with a period that grows with the energy. Parameters: D, a. Forms: ODE and
@@ -67,14 +61,14 @@ def problem(depth: float = 1.5, a: float = 0.8) -> Problem:
     ----------
     P. M. Morse, Phys. Rev. 34 (1929) 57.
     """
-    return Problem(
+    return gi.Problem(
         name="morse",
         pieces=(("q", 1), ("p", 1)),
         params=np.array([depth, a]),
         field=motion,
-        splitting=natural_in_space(force),
+        splitting=gi.natural_in_space(force),
         invariants={"energy": energy},
-        measure=Measure(),
-        symplectic_form=SymplecticForm(),
+        measure=gi.Measure(),
+        symplectic_form=gi.SymplecticForm(),
         parameters={"depth": depth, "a": a},
     )

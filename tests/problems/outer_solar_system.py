@@ -9,18 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geomint.kernels.compiling.recorded import Recorded, field
-from geomint.kernels.numbers.arithmetic import sqrt
-from geomint.kernels.numbers.blocks import REST, packed, part, sections
-from geomint.problems.forms import Measure
-from geomint.problems.natural import natural_in_space
-from geomint.problems.problem import Problem
-from geomint.problems.two_form import SymplecticForm
+import geomint as gi
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.numbers.blocks import sections
 
 __all__ = ["initial", "problem"]
 
 Gravity = namedtuple("Gravity", "constant masses")
-LAYOUT = Gravity(constant=1, masses=REST)  # of the parameters
+LAYOUT = Gravity(constant=1, masses=gi.REST)  # of the parameters
 
 CONSTANT = 2.95912208286e-4  # of gravity, AU³ per day² and mass of the Sun
 BODIES = ("sun", "jupiter", "saturn", "uranus", "neptune", "pluto")
@@ -46,7 +42,7 @@ VELOCITIES = (  # AU a day
 )
 
 
-@field
+@gi.field
 def acceleration(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """a_i = G Σ_{j≠i} m_j (q_j − q_i)/|q_j − q_i|³."""
     constant, masses = sections(params, LAYOUT)
@@ -56,7 +52,7 @@ def acceleration(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
         for j in range(i + 3, len(q), 3):
             x, y, z = q[j] - q[i], q[j + 1] - q[i + 1], q[j + 2] - q[i + 2]
             square = x * x + y * y + z * z
-            pull = constant[0] / (square * sqrt(square))
+            pull = constant[0] / (square * gi.sqrt(square))
             there, here = pull * masses[j // 3], pull * masses[i // 3]
             out[i] = out[i] + there * x
             out[i + 1] = out[i + 1] + there * y
@@ -66,16 +62,16 @@ def acceleration(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
             out[j + 2] = out[j + 2] - here * z
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = v, v̇ = a(q)."""
     n = len(y) // 2
     for i in range(n):
         out[i] = 1.0 * y[n + i]
-    acceleration(params, t, part(y, 0, n), part(out, n, n), work)
+    acceleration(params, t, gi.part(y, 0, n), gi.part(out, n, n), work)
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½ Σ m_i |v_i|² − G Σ_{i<j} m_i m_j/|q_j − q_i|."""
     constant, masses = sections(params, LAYOUT)
@@ -85,14 +81,14 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         total += 0.5 * masses[i // 3] * (a * a + b * b + c * c)
         for j in range(i + 3, n, 3):
             a, b, c = y[j] - y[i], y[j + 1] - y[i + 1], y[j + 2] - y[i + 2]
-            total -= constant[0] * masses[i // 3] * masses[j // 3] / sqrt(a * a + b * b + c * c)
+            total -= constant[0] * masses[i // 3] * masses[j // 3] / gi.sqrt(a * a + b * b + c * c)
     return total
 
 
 def momentum(k: int) -> Recorded:
     """P_k = Σ m_i v_ik."""
 
-    @field
+    @gi.field
     def component(params: Any, t: Any, y: Any, work: Any) -> Any:
         masses = sections(params, LAYOUT).masses
         n, total = len(y) // 2, 0.0 * y[0]
@@ -107,7 +103,7 @@ def angular_momentum(k: int) -> Recorded:
     """L = Σ m_i q_i × v_i, component k."""
     a, b = (k + 1) % 3, (k + 2) % 3
 
-    @field
+    @gi.field
     def component(params: Any, t: Any, y: Any, work: Any) -> Any:
         masses = sections(params, LAYOUT).masses
         n, total = len(y) // 2, 0.0 * y[0]
@@ -118,7 +114,7 @@ def angular_momentum(k: int) -> Recorded:
     return component
 
 
-@field
+@gi.field
 def mass_form(params: Any, t: Any, y: Any, u: Any, v: Any, work: Any) -> Any:
     """Σ m_i dq_i∧dv_i."""
     masses = sections(params, LAYOUT).masses
@@ -134,7 +130,7 @@ def initial(pluto: bool = True) -> npt.NDArray[np.float64]:
     return np.concatenate([np.ravel(POSITIONS[:bodies]), np.ravel(VELOCITIES[:bodies])])
 
 
-def problem(pluto: bool = True) -> Problem:
+def problem(pluto: bool = True) -> gi.Problem:
     """Return the N-body problem of the outer Solar System, with Pluto or without.
 
     ::
@@ -154,18 +150,18 @@ def problem(pluto: bool = True) -> Problem:
         "momentum": momentum,
         "angular-momentum": angular_momentum,
     }
-    return Problem(
+    return gi.Problem(
         name=f"outer-solar-system-{bodies}",
         pieces=(("q", 3 * bodies), ("v", 3 * bodies)),
-        params=packed(LAYOUT, constant=CONSTANT, masses=MASSES[:bodies]).data,
+        params=gi.packed(LAYOUT, constant=CONSTANT, masses=MASSES[:bodies]).data,
         field=motion,
-        splitting=natural_in_space(acceleration),
+        splitting=gi.natural_in_space(acceleration),
         invariants={
             "energy": energy,
             **{f"{name}-{k + 1}": make(k) for name, make in vectors.items() for k in range(3)},
         },
-        measure=Measure(),
-        symplectic_form=SymplecticForm(mass_form),
+        measure=gi.Measure(),
+        symplectic_form=gi.SymplecticForm(mass_form),
         parameters={"pluto": pluto},
         units={"q": "AU", "v": "AU/day", "t": "day"},
     )

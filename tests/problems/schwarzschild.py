@@ -8,28 +8,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geomint.kernels.compiling.recorded import field, helper
-from geomint.kernels.numbers.circular import cos, sin
-from geomint.problems.evaluate import value
-from geomint.problems.forms import Measure
-from geomint.problems.problem import Problem
-from geomint.problems.two_form import SymplecticForm
+import geomint as gi
 
 __all__ = ["initial", "problem"]
 
 
-@helper
+@gi.helper
 def named(params: Any) -> Any:
     """Return E, L and β: the parameters, in the order of those of `problem`."""
     return params[0], params[1], params[2]
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """Hamilton's equations."""
     E, L, beta = named(params)
     r, pr, pt = y[0], y[2], y[3]
-    s, c, w = sin(y[1]), cos(y[1]), 1.0 / r
+    s, c, w = gi.sin(y[1]), gi.cos(y[1]), 1.0 / r
     fall = E / (r - 2.0)
     turned = L * w / s  # that of a circle at this distance from the axis
     half = 0.5 * beta
@@ -40,34 +35,34 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[3] = (turned * turned / s - half * half * r * r * s) * c
 
 
-@field
+@gi.field
 def hamiltonian(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H, −½ for a particle with mass."""
     E, L, beta = named(params)
     r, pr, pt = y[0], y[2], y[3]
-    s = sin(y[1])
+    s = gi.sin(y[1])
     across = r * s
     turned = L / across - 0.5 * beta * across
     radial = (1.0 - 2.0 / r) * pr * pr - E * E * r / (r - 2.0)
     return 0.5 * (radial + pt * pt / (r * r) + turned * turned)
 
 
-@field
+@gi.field
 def angular_momentum_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
     """p_θ² + L²/sin² θ."""
     _, L, _ = named(params)
-    turned = L / sin(y[1])
+    turned = L / gi.sin(y[1])
     return y[3] * y[3] + turned * turned
 
 
-def initial(problem: Problem, distance: float = 11.0) -> npt.NDArray[np.float64]:
+def initial(problem: gi.Problem, distance: float = 11.0) -> npt.NDArray[np.float64]:
     """Return the state in the equatorial plane with p_r = 0 and H = −½, at a distance."""
     still = np.array([distance, 0.5 * math.pi, 0.0, 0.0])
-    still[3] = distance * math.sqrt(-1.0 - 2.0 * value(problem, hamiltonian, still))
+    still[3] = distance * math.sqrt(-1.0 - 2.0 * gi.value(problem, hamiltonian, still))
     return still
 
 
-def problem(energy: float = 0.995, momentum: float = 4.6, magnetic: float = 8.9e-5) -> Problem:
+def problem(energy: float = 0.995, momentum: float = 4.6, magnetic: float = 8.9e-5) -> gi.Problem:
     """Return the motion of a charged particle around a black hole in a uniform magnetic field.
 
     ::
@@ -86,13 +81,13 @@ def problem(energy: float = 0.995, momentum: float = 4.6, magnetic: float = 8.9e
     integrals = {"hamiltonian": hamiltonian}
     if magnetic == 0.0:
         integrals["angular-momentum-squared"] = angular_momentum_squared
-    return Problem(
+    return gi.Problem(
         name="schwarzschild",
         pieces=(("q", 2), ("p", 2)),
         params=np.array([energy, momentum, magnetic]),
         field=motion,
         invariants=integrals,
-        measure=Measure(),
-        symplectic_form=SymplecticForm(),
+        measure=gi.Measure(),
+        symplectic_form=gi.SymplecticForm(),
         parameters={"energy": energy, "momentum": momentum, "magnetic": magnetic},
     )

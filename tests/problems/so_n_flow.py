@@ -8,15 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geomint.kernels.compiling.recorded import field, helper
+import geomint as gi
 from geomint.kernels.groups.so_n import unpack_skew
-from geomint.kernels.numbers.blocks import packed, part, sections
-from geomint.kernels.numbers.circular import cos
-from geomint.problems.problem import Problem
-from geomint.problems.spaces.euclidean import Euclidean
-from geomint.problems.spaces.product import Product
-from geomint.problems.spaces.rotations import Rotations
-from geomint.problems.spaces.skew import Skew
+from geomint.kernels.numbers.blocks import sections
 from geomint.problems.spaces.sphere import product
 
 __all__ = ["initial", "problem"]
@@ -25,26 +19,26 @@ __all__ = ["initial", "problem"]
 Flow = namedtuple("Flow", "season a c")
 
 
-@helper
+@gi.helper
 def flow_rows(n: int) -> Flow:
     """Return the layout of the parameters: ε, a_i, and c_ij."""
     return Flow(season=1, a=n, c=n * (n - 1) // 2)
 
 
-@helper
+@gi.helper
 def coefficients(params: Any, t: Any, y: Any, n: int, out: Any) -> None:
     """ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j), i < j, as a flat triangle."""
     amplitude, a, c = sections(params, flow_rows(n))
-    gamma, at = part(y, len(c), n), 0
+    gamma, at = gi.part(y, len(c), n), 0
     for i in range(n):
-        season = 1.0 + amplitude[0] * cos(t + 1.0 * i)
+        season = 1.0 + amplitude[0] * gi.cos(t + 1.0 * i)
         for j in range(i + 1, n):
             drag = (a[j] - a[i]) * gamma[i] * gamma[j]
             out[at] = -(c[at] * season * y[at] + drag)
             at += 1
 
 
-@helper
+@gi.helper
 def dimension(params: Any) -> int:
     """Return the n that has as many parameters."""
     n = 2
@@ -53,23 +47,23 @@ def dimension(params: Any) -> int:
     return n
 
 
-@field
+@gi.field
 def generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ξ as a flat triangle."""
     coefficients(params, t, y, dimension(params), out)
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """k̇ = ξk − kξ, γ̇ = ξγ, and, where the state has a frame, ġ = −gξ."""
     n = dimension(params)
     size = n * (n - 1) // 2
-    flat = part(work, 0, size)
-    x = part(work, size, n * n)
-    k = part(work, size + n * n, n * n)
+    flat = gi.part(work, 0, size)
+    x = gi.part(work, size, n * n)
+    k = gi.part(work, size + n * n, n * n)
     coefficients(params, t, y, n, flat)
     unpack_skew(n, flat, x)
-    unpack_skew(n, part(y, 0, size), k)
+    unpack_skew(n, gi.part(y, 0, size), k)
     at = 0
     for i in range(n):
         for j in range(i + 1, n):
@@ -101,7 +95,7 @@ def initial(n: int = 4, frame: bool = False) -> npt.NDArray[np.float64]:
     return np.concatenate([*parts, np.eye(n).ravel()] if frame else parts)
 
 
-def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
+def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> gi.Problem:
     """Return a flow of a skew matrix k and a vector γ, both turned by one element of SO(n).
 
     ::
@@ -124,12 +118,12 @@ def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
     """
     a = 1.0 + 0.6 * np.arange(n)
     c = np.array([1.0 / (1.0 + 0.5 * i + 0.3 * j) for i in range(n) for j in range(i + 1, n)])
-    vectors = Skew(n), Euclidean(n, "gamma", turned=True)
-    space = Product(*vectors, Rotations(n)) if frame else Product(*vectors)
-    return Problem(
+    vectors = gi.Skew(n), gi.Euclidean(n, "gamma", turned=True)
+    space = gi.Product(*vectors, gi.Rotations(n)) if frame else gi.Product(*vectors)
+    return gi.Problem(
         name=f"so-{n}-flow",
         space=space,
-        params=packed(flow_rows(n), season=season, a=a, c=c).data,
+        params=gi.packed(flow_rows(n), season=season, a=a, c=c).data,
         field=motion,
         action=space.action(generator),
         work=len(c) + 2 * n * n,

@@ -6,18 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from geomint.kernels.compiling.recorded import field
-from geomint.problems.forms import Measure
-from geomint.problems.natural import natural_on_sphere
-from geomint.problems.problem import Problem
-from geomint.problems.spaces.tangent_bundle import TangentSphere
+import geomint as gi
 
 __all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([0.6, 0.0, -0.8, 0.2, 0.9, 0.15])
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ = −g e₃ − λq, λ = ((p, p) − g q₃)/(q, q)."""
     q2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
@@ -29,7 +25,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[5] = out[5] - params[0]
 
 
-@field
+@gi.field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = g e₃, ∂H/∂p = p."""
     for i in range(3):
@@ -38,7 +34,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
     dq[2] = dq[2] + params[0]
 
 
-@field
+@gi.field
 def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """∂V/∂q = g e₃."""
     out[0] = 0.0 * q[0]
@@ -46,19 +42,19 @@ def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None
     out[2] = params[0] + 0.0 * q[0]
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½(p, p) + g q₃."""
     return 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) + params[0] * y[2]
 
 
-@field
+@gi.field
 def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """q₁p₂ − q₂p₁."""
     return y[0] * y[4] - y[1] * y[3]
 
 
-def problem(gravity: float = 1.0) -> Problem:
+def problem(gravity: float = 1.0) -> gi.Problem:
     """Return the spherical pendulum, H = ½(p, p) + g q₃ on |q| = 1, unit mass and length.
 
     Conserved: the energy and the angular momentum about the vertical, which is quadratic. Forms:
@@ -68,15 +64,15 @@ def problem(gravity: float = 1.0) -> Problem:
     ----------
     E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., VII.1.2.
     """
-    space = TangentSphere(3, ("q", "p"))
-    return Problem(
+    space = gi.TangentSphere(3, ("q", "p"))
+    return gi.Problem(
         name="spherical-pendulum",
         space=space,
         params=np.array([gravity]),
         field=motion,
         hamiltonian=space.hamiltonian(gradients, separable=True),
-        splitting=natural_on_sphere(potential_gradient),
+        splitting=gi.natural_on_sphere(potential_gradient),
         invariants={"energy": energy, "angular-momentum": angular_momentum},
-        measure=Measure(),
+        measure=gi.Measure(),
         parameters={"gravity": gravity},
     )

@@ -6,44 +6,38 @@ from typing import Any
 
 import numpy as np
 
-from geomint.kernels.compiling.recorded import field
-from geomint.kernels.numbers.arithmetic import sqrt
-from geomint.kernels.numbers.blocks import part
-from geomint.problems.forms import Measure
-from geomint.problems.natural import natural_in_space
-from geomint.problems.problem import Problem
-from geomint.problems.two_form import SymplecticForm
+import geomint as gi
 
 __all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([0.606, -0.808, 0.4, 0.3])  # |q| = 1.01, turning
 
 
-@field
+@gi.field
 def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """−∂V/∂q = −ω² (|q| − 1) q/|q| − g e₂."""
-    length = sqrt(q[0] * q[0] + q[1] * q[1])
+    length = gi.sqrt(q[0] * q[0] + q[1] * q[1])
     pull = params[0] * params[0] * (1.0 - 1.0 / length)
     out[0] = -pull * q[0]
     out[1] = -pull * q[1] - params[1]
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ = −∂V/∂q."""
     out[0] = 1.0 * y[2]
     out[1] = 1.0 * y[3]
-    force(params, t, part(y, 0, 2), part(out, 2, 2), work)
+    force(params, t, gi.part(y, 0, 2), gi.part(out, 2, 2), work)
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½|p|² + ½ ω² (|q| − 1)² + g q₂."""
-    stretched = params[0] * (sqrt(y[0] * y[0] + y[1] * y[1]) - 1.0)
+    stretched = params[0] * (gi.sqrt(y[0] * y[0] + y[1] * y[1]) - 1.0)
     return 0.5 * (y[2] * y[2] + y[3] * y[3] + stretched * stretched) + params[1] * y[1]
 
 
-def problem(stiffness: float = 100.0, gravity: float = 1.0) -> Problem:
+def problem(stiffness: float = 100.0, gravity: float = 1.0) -> gi.Problem:
     """Return a point on a stiff spring in the plane, H = ½|p|² + ½ ω² (|q| − 1)² + g q₂.
 
     The spring vibrates at ω, ``stiffness``, while the pendulum swings at about √g; as ω → ∞ the
@@ -55,14 +49,14 @@ def problem(stiffness: float = 100.0, gravity: float = 1.0) -> Problem:
     U. M. Ascher, S. Reich, in *Computational Molecular Dynamics*, Springer 1999, 281; E. Hairer,
     C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., XIII.
     """
-    return Problem(
+    return gi.Problem(
         name="spring-pendulum",
         pieces=(("q", 2), ("p", 2)),
         params=np.array([stiffness, gravity]),
         field=motion,
-        splitting=natural_in_space(force),
+        splitting=gi.natural_in_space(force),
         invariants={"energy": energy},
-        measure=Measure(),
-        symplectic_form=SymplecticForm(),
+        measure=gi.Measure(),
+        symplectic_form=gi.SymplecticForm(),
         parameters={"stiffness": stiffness, "gravity": gravity},
     )

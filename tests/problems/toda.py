@@ -6,26 +6,20 @@ from typing import Any
 
 import numpy as np
 
+import geomint as gi
 from geomint.arguments import Array
-from geomint.kernels.compiling.recorded import field, helper
-from geomint.kernels.numbers.blocks import part
-from geomint.kernels.numbers.exponential import exp
-from geomint.problems.forms import Measure
-from geomint.problems.natural import natural_in_space
-from geomint.problems.problem import Problem
-from geomint.problems.two_form import SymplecticForm
 
 __all__ = ["initial", "problem"]
 
 
-@helper
+@gi.helper
 def spring(params: Any, q: Any, k: int) -> Any:
     """e^(ρ (q_k − q_(k+1))), from the last particle to the first."""
     n = len(q)
-    return exp(params[0] * (q[k] - q[(k + 1) % n]))
+    return gi.exp(params[0] * (q[k] - q[(k + 1) % n]))
 
 
-@field
+@gi.field
 def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """q̈_k = e^(ρ (q_(k−1) − q_k)) − e^(ρ (q_k − q_(k+1)))."""
     n = len(q)
@@ -36,16 +30,16 @@ def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
         before = after
 
 
-@field
+@gi.field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ by the springs."""
     n = len(y) // 2
     for k in range(n):
         out[k] = 1.0 * y[n + k]
-    force(params, t, part(y, 0, n), part(out, n, n), work)
+    force(params, t, gi.part(y, 0, n), gi.part(out, n, n), work)
 
 
-@field
+@gi.field
 def momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Σ p_k."""
     n = len(y) // 2
@@ -55,36 +49,36 @@ def momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-@field
+@gi.field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = Σ (½ p_k² + e_k/ρ), e_k = e^(ρ (q_k − q_(k+1)))."""
     n = len(y) // 2
     total = 0.0 * y[0]
     for k in range(n):
-        total += 0.5 * y[n + k] * y[n + k] + spring(params, part(y, 0, n), k) / params[0]
+        total += 0.5 * y[n + k] * y[n + k] + spring(params, gi.part(y, 0, n), k) / params[0]
     return total
 
 
-@field
+@gi.field
 def cubic(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Σ (ρ p_k³ + 3 e_k (p_k + p_(k+1))): a multiple of tr L³ of Flaschka's matrix."""
     n, rho = len(y) // 2, params[0]
     total = 0.0 * y[0]
     for k in range(n):
         p, after = y[n + k], y[n + (k + 1) % n]
-        total += rho * p * p * p + 3.0 * spring(params, part(y, 0, n), k) * (p + after)
+        total += rho * p * p * p + 3.0 * spring(params, gi.part(y, 0, n), k) * (p + after)
     return total
 
 
-@field
+@gi.field
 def quartic(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Σ (ρ² p_k⁴ + 4ρ e_k (p_k² + p_k p_(k+1) + p_(k+1)²) + 2 e_k² + 4 e_k e_(k+1)): of tr L⁴."""
     n, rho = len(y) // 2, params[0]
     total = 0.0 * y[0]
     for k in range(n):
-        p, after, e = y[n + k], y[n + (k + 1) % n], spring(params, part(y, 0, n), k)
+        p, after, e = y[n + k], y[n + (k + 1) % n], spring(params, gi.part(y, 0, n), k)
         total += rho * rho * p * p * p * p + 4.0 * rho * e * (p * p + p * after + after * after)
-        total += 2.0 * e * e + 4.0 * e * spring(params, part(y, 0, n), (k + 1) % n)
+        total += 2.0 * e * e + 4.0 * e * spring(params, gi.part(y, 0, n), (k + 1) % n)
     return total
 
 
@@ -94,7 +88,7 @@ def initial(n: int = 3) -> Array:
     return np.concatenate([q, p - p.mean()])
 
 
-def problem(n: int = 3, stiffness: float = 1.0) -> Problem:
+def problem(n: int = 3, stiffness: float = 1.0) -> gi.Problem:
     """Return n ≥ 3 particles of mass 1 on a ring, H = Σ (½ p_k² + e^(ρ (q_k − q_(k+1)))/ρ).
 
     Integrable: traces of powers of Flaschka's periodic Jacobi matrix L with diagonal √ρ p_k and
@@ -107,14 +101,14 @@ def problem(n: int = 3, stiffness: float = 1.0) -> Problem:
     Phys. Rev. B 9 (1974) 1924.
     """
     integrals = {"energy": energy, "momentum": momentum, "cubic": cubic, "quartic": quartic}
-    return Problem(
+    return gi.Problem(
         name=f"toda-{n}",
         pieces=(("q", n), ("p", n)),
         params=np.array([stiffness]),
         field=motion,
-        splitting=natural_in_space(force),
+        splitting=gi.natural_in_space(force),
         invariants=integrals,
-        measure=Measure(),
-        symplectic_form=SymplecticForm(),
+        measure=gi.Measure(),
+        symplectic_form=gi.SymplecticForm(),
         parameters={"n": n, "stiffness": stiffness},
     )

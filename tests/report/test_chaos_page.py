@@ -12,7 +12,6 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
-from geomint.errors import FormError, SceneError
 from geomint.plan import plan_chaos
 
 SCENE: dict[str, Any] = {
@@ -58,10 +57,10 @@ def test_command(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "kind", "said"),
     [
-        ({"time": {"t_end": 5.0}}, SceneError, "tau_end"),
-        ({"integrate": {"method": "dop853-adaptive"}}, FormError, "steps of one length"),
-        ({"integrate": {"exact": True}}, FormError, "the exact flow does not take"),
-        ({"integrate": {"method": "rkmk-4"}}, FormError, "choose another method"),
+        ({"time": {"t_end": 5.0}}, gi.SceneError, "tau_end"),
+        ({"integrate": {"method": "dop853-adaptive"}}, gi.FormError, "steps of one length"),
+        ({"integrate": {"exact": True}}, gi.FormError, "the exact flow does not take"),
+        ({"integrate": {"method": "rkmk-4"}}, gi.FormError, "choose another method"),
     ],
 )
 def test_what_has_no_exponents(changes: dict[str, Any], kind: type, said: str) -> None:

@@ -76,7 +76,7 @@ def test_classes_are_calibrated(name):
     assert said["right"] >= (2 if name in HARD else 14), said
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("samples", [200, 20_000])
 @pytest.mark.parametrize("name", FAMILIES)
 def test_classes_are_calibrated_at_all_lengths_and_sizes(name, samples):

@@ -18,7 +18,6 @@ from geomint.plots.drift_plots import panel_figure
 from geomint.report.kinds import by_roundoff
 from geomint.report.motion_panels import motion_draws
 from geomint.run.stretch import stretch_of
-from geomint.scene.load import scene_names
 
 SHORT = {"t_end": 30.0}
 
@@ -106,14 +105,14 @@ def test_the_first_turns_are_those_of_the_run(reported: tuple[gi.SeveralRuns, st
     np.testing.assert_allclose(stretch.states, run.y, atol=1e-13)
 
 
-@pytest.mark.parametrize("name", scene_names())
+@pytest.mark.parametrize("name", gi.scene_names())
 def test_every_scene_has_equations(name: str) -> None:
     for problem in gi.load_scene(name).model.problems.values():
         assert problem.equations, problem.name
 
 
 FEW = ("hamiltonized-n3", "rolling-ball-n4", "ellipsoid-n4")
-OTHERS = [pytest.param(n, marks=pytest.mark.slow) for n in scene_names() if n not in FEW]
+OTHERS = [pytest.param(n, marks=pytest.mark.nightly) for n in gi.scene_names() if n not in FEW]
 
 
 @pytest.mark.parametrize("name", [*FEW, *OTHERS])

@@ -46,7 +46,7 @@ SLOW = {"drift", "compare", "exact", "chaos"}
 SIZE = re.compile(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]")
 mathematics = MathTextParser("path")
 each = pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in COMMANDS]
+    "name", [pytest.param(n, marks=[pytest.mark.nightly] * (n in SLOW)) for n in COMMANDS]
 )
 
 
@@ -162,7 +162,7 @@ def test_the_data(name, folders):
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        pytest.param("drift", ("--methods", "lobatto-8:3.9,rk-4"), marks=pytest.mark.slow),
+        pytest.param("drift", ("--methods", "lobatto-8:3.9,rk-4"), marks=pytest.mark.nightly),
         ("drift", ("--method", "lobatto-8", "--step", "3.9")),
         ("compare", ("--methods", "lobatto-8", "--steps", "3.9", "--tau-end", "3.95")),
         ("section", ("--event", "gamma[2]", "--level", "1.5", "--points", "1")),

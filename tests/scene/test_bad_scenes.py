@@ -6,7 +6,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import bad_scenes as scenes
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -15,6 +14,7 @@ import geomint as gi
 from geomint.cli import main
 from geomint.problems.systems import find_system
 from geomint.scene import validate
+from tests.scene import bad_scenes as scenes
 
 CASES = [pytest.param(text, words, id=name) for name, (text, words) in scenes.BAD.items()]
 

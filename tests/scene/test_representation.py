@@ -6,7 +6,6 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.plan.cost import Cost, cost_of
-from geomint.problems.evaluate import value
 from tests.problems import toda
 
 FREE = {  # no SO(n−1)-momentum: the ball has a reduction to T*S^(n−1)
@@ -163,11 +162,11 @@ def test_quantities_of_the_same_name_are_the_same(name):
     for key, problem in model.problems.items():
         y = model.states[key]
         for quantity, f in problem.invariants.items():
-            found = value(problem, f, y)
+            found = gi.value(problem, f, y)
             expected = first.setdefault(quantity, found)
             assert found == pytest.approx(expected, rel=1e-12, abs=1e-13), (key, quantity)
         for quantity, f in problem.constraints.items():
-            assert abs(value(problem, f, y)) < 1e-12, (key, quantity)
+            assert abs(gi.value(problem, f, y)) < 1e-12, (key, quantity)
 
 
 @pytest.mark.parametrize("name", gi.scene_names())

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from other_process import in_process, made, solved
 
 import geomint as gi
+from tests.sending.other_process import in_process, made, solved
 
 
 @pytest.mark.filterwarnings(

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse
-from other_process import turning
-from test_sending import again
 
 import geomint as gi
 from geomint.kernels.compiling import sending
 from geomint.kernels.compiling.sameness import same
+from tests.sending.other_process import turning
+from tests.sending.test_sending import again
 
 pytestmark = pytest.mark.nojit
 

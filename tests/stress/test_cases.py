@@ -3,11 +3,11 @@
 from importlib.metadata import entry_points
 
 import pytest
-from stress_support import CASES, EVERY
 
 import geomint as gi
 from geomint.stress import sweep
 from geomint.stress.sweep import Selection, items_of, selected
+from tests.stress.stress_support import CASES, EVERY
 
 LARGE = 16  # larger ones take a second to build
 

@@ -5,14 +5,13 @@ import warnings
 from functools import cache
 from pathlib import Path
 
-from stress_support import CASES, EVERY
-
 import geomint as gi
 from geomint.problems.systems import find_system, system_names
 from geomint.stress import sweep
 from geomint.stress.state_cases import is_steady
 from geomint.stress.sweep import Selection, family_of, items_of, selected
 from tests.problems import examples
+from tests.stress.stress_support import CASES, EVERY
 
 AXES = list(dict.fromkeys(case.axis.name for case in CASES))
 PAGE = (Path(__file__).parents[2] / "docs" / "stress.md").read_text(encoding="utf-8")

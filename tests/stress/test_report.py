@@ -5,13 +5,13 @@ import json
 
 import pytest
 from click.testing import CliRunner
-from stress_support import CASES
 
 import geomint as gi
 from geomint.cli import main
 from geomint.stress import sweep
 from geomint.stress.judge import VERDICTS, Cell
 from geomint.stress.page import stress_record, write_stress_report
+from tests.stress.stress_support import CASES
 
 FILES = {"stress.html", "stress.json", "stress.png", "stress.svg"}
 AXES = list(dict.fromkeys(case.axis for case in CASES))
@@ -142,7 +142,7 @@ def test_one_cell_end_to_end(tmp_path):
     assert {cell["verdict"] for cell in data["cells"]} == {"ok"}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_quick_run(tmp_path):
     result = CliRunner().invoke(main, ["stress", "--quick", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output

@@ -160,13 +160,13 @@ def test_the_gap_is_wide(found):
     assert above / below > 1e10
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_another_seed_gives_the_same_verdicts(found):
     again = audit((2, 3, 4), points=6, seed=11)
     assert verdicts(again) == verdicts(found)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_all_dimensions_give_the_same_verdicts(seed):
     result = audit(seed=seed)
@@ -384,7 +384,7 @@ def rows_of(text):
     return rows
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_docs_page_is_up_to_date():
     assert rows_of(TABLE.read_text(encoding="utf-8")) == rows_of(markdown(audit(points=1)))
 

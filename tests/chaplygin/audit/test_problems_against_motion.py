@@ -10,16 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chaplygin.ball.classical import classical_problem
-from chaplygin.ball.hamiltonized import hamiltonized_problem
-from chaplygin.ball.momentum import ball_problem
-from chaplygin.ball.reduced import reduced_problem
-from chaplygin.ball.rolling import rolling_problem
-from chaplygin.inertia import GeneralInertia, SpecialInertia
-from chaplygin.veselova.classical import veselova_classical_problem
-from chaplygin.veselova.hamiltonized import veselova_hamiltonized_problem
-from chaplygin.veselova.reduced import veselova_reduced_problem
-from geomint.problems.evaluate import derivative as field_of, value
+import chaplygin
+import geomint as gi
 from tests.paper.algebra import coordinates, inner, wedge
 from tests.paper.calculus import derivative
 from tests.paper.claim import HOLDS, residual
@@ -34,13 +26,14 @@ POINTS = 20  # of each problem at least, as many in each of its dimensions
 
 def with_energy(problem, y, rate, energy):
     """Return field and energy of the problem, and the true ones."""
-    return [*field_of(problem, y), value(problem, problem.invariants["energy"], y)], [*rate, energy]
+    found = gi.value(problem, problem.invariants["energy"], y)
+    return [*gi.derivative(problem, y), found], [*rate, energy]
 
 
 def rolling(point):
     """ġ, ṙ, ω̇, v̇ and the energy, any operator and momentum."""
     moving, g = general_motion(point), point.g
-    problem = rolling_problem(GeneralInertia(point.general), point.m, point.rho)
+    problem = chaplygin.rolling_problem(chaplygin.GeneralInertia(point.general), point.m, point.rho)
     flat, V = coordinates(moving.omega), moving.V[:-1]
     y = np.concatenate([g.reshape(-1), np.zeros(point.n - 1), flat, V])
     turned = (g @ moving.omega).reshape(-1)
@@ -53,7 +46,7 @@ def ball(point):
     """k̇, γ̇ and the energy, any operator and momentum."""
     moving = general_motion(point)
     k, k_dot = contact_momentum(point, point.general, moving)
-    problem = ball_problem(GeneralInertia(point.general), point.D)
+    problem = chaplygin.ball_problem(chaplygin.GeneralInertia(point.general), point.D)
     y = np.concatenate([coordinates(k), point.gamma])
     rate = [*coordinates(k_dot), *((point.g @ moving.omega).T @ point.Gamma)]
     return with_energy(problem, y, rate, 0.5 * inner(k, moving.omega))
@@ -61,9 +54,9 @@ def ball(point):
 
 def classical(point):
     """dk⃗/dt, dγ⃗/dt."""
-    problem = classical_problem(GeneralInertia(point.general), point.D)
+    problem = chaplygin.classical_problem(chaplygin.GeneralInertia(point.general), point.D)
     y = np.concatenate([point.normal("k", 3), point.gamma])
-    return field_of(problem, y), classical_field(point, tensor_of(point.general), y)
+    return gi.derivative(problem, y), classical_field(point, tensor_of(point.general), y)
 
 
 def zero_momentum_energy(point, matrix):
@@ -74,12 +67,17 @@ def zero_momentum_energy(point, matrix):
 
 def reduced(point):
     """γ̇, ṗ and the energy, special and general operator."""
-    special, general = SpecialInertia(point.a, point.D), GeneralInertia(point.general)
+    special, general = (
+        chaplygin.SpecialInertia(point.a, point.D),
+        chaplygin.GeneralInertia(point.general),
+    )
     left, right = [], []
     for matrix, inertia in ((point.special, special), (point.general, general)):
         rate = np.concatenate(true_rates(point, matrix))
         energy = zero_momentum_energy(point, matrix)
-        found, true = with_energy(reduced_problem(inertia, point.D), point.state, rate, energy)
+        found, true = with_energy(
+            chaplygin.reduced_problem(inertia, point.D), point.state, rate, energy
+        )
         left += found
         right += true
     return left, right
@@ -87,7 +85,7 @@ def reduced(point):
 
 def hamiltonized(point):
     """γ′, p̃′ and the energy."""
-    problem = hamiltonized_problem(SpecialInertia(point.a, point.D))
+    problem = chaplygin.hamiltonized_problem(chaplygin.SpecialInertia(point.a, point.D))
     rate = np.concatenate(true_rates(point, point.special))
     prime = flow_in_tau(point, point.state, rate)
     energy = zero_momentum_energy(point, point.special)
@@ -96,15 +94,15 @@ def hamiltonized(point):
 
 def veselova_reduced(point):
     """γ̇, ṗ."""
-    problem = veselova_reduced_problem(point.a, point.D)
-    return field_of(problem, point.state), veselova_rates(point)
+    problem = chaplygin.veselova_reduced_problem(point.a, point.D)
+    return gi.derivative(problem, point.state), veselova_rates(point)
 
 
 def veselova_hamiltonized(point):
     """γ′, p̃′."""
-    problem = veselova_hamiltonized_problem(point.a, point.D)
+    problem = chaplygin.veselova_hamiltonized_problem(point.a, point.D)
     prime = flow_in_tau(point, point.state, veselova_rates(point))
-    return field_of(problem, to_tau(point, point.state)), prime
+    return gi.derivative(problem, to_tau(point, point.state)), prime
 
 
 def veselova_classical(point):
@@ -114,9 +112,9 @@ def veselova_classical(point):
     w = point.normal("w", 3)
     z = np.concatenate([w, point.gamma])
     K, rate = capital_k(tensor, z), veselova_field(tensor, z)
-    problem = veselova_classical_problem(a, point.D, float(w @ point.gamma))
+    problem = chaplygin.veselova_classical_problem(a, point.D, float(w @ point.gamma))
     K_dot = derivative(lambda x: capital_k(tensor, x), z, rate)
-    return field_of(problem, np.concatenate([K, point.gamma])), [*K_dot, *rate[3:]]
+    return gi.derivative(problem, np.concatenate([K, point.gamma])), [*K_dot, *rate[3:]]
 
 
 PROBLEMS = {

@@ -12,16 +12,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import FAMILIES, KINDS, PROBLEMS, pairs
 from scipy.integrate import solve_ivp
 
 import chaplygin as ch
 import geomint as gi
 from geomint import part
 from geomint.kernels.compiling.recorded import Recorded
-from geomint.methods import Start, find_method
+from geomint.methods import Start
 from geomint.problems.deviation import sizes_of
-from geomint.problems.evaluate import derivative, rates_of
+from geomint.problems.evaluate import rates_of
 from geomint.problems.testproblems import henon_heiles
 from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
@@ -30,8 +29,8 @@ from geomint.run.accuracy.auto import STAGES, auto_method
 from geomint.run.accuracy.choose import LARGE
 from geomint.run.accuracy.search import MOST, Search, Trial
 from geomint.run.accuracy.stretch import Motion, Stretch, extrapolated, stretch
-from geomint.run.integrator import Integrator
 from geomint.scene.load import builtin_scenes
+from tests.families import FAMILIES, KINDS, PROBLEMS, pairs
 from tests.problems import outer_solar_system, schwarzschild
 
 SPHERE = gi.load_scene("sphere-n3")
@@ -41,7 +40,12 @@ HAMILTONIZED = gi.load_scene("hamiltonized-n3")
 def truth(problem: gi.Problem, y0: np.ndarray, end: float, start: float = 0.0) -> np.ndarray:
     """Return the state at the end by SciPy, on the functions in plain Python."""
     found = solve_ivp(
-        lambda t, y: derivative(problem, y, t), (start, end), y0, "DOP853", rtol=1e-13, atol=1e-15
+        lambda t, y: gi.derivative(problem, y, t),
+        (start, end),
+        y0,
+        "DOP853",
+        rtol=1e-13,
+        atol=1e-15,
     )
     return np.asarray(found.y[:, -1])
 
@@ -56,10 +60,10 @@ def tolerance_for(method: gi.Method) -> float:
 
 
 @pairs([pair for pair in FAMILIES if "rest" not in pair[1]], KINDS)
-@pytest.mark.parametrize("end", [9.0, pytest.param(-4.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("end", [9.0, pytest.param(-4.0, marks=pytest.mark.nightly)])
 def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     p, initial = PROBLEMS[problem]
-    y0, method = p.canonical(np.asarray(initial, float)), find_method(name)
+    y0, method = p.canonical(np.asarray(initial, float)), gi.find_method(name)
     tolerance = tolerance_for(method)
     ends = {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
     sol = gi.solve(p, y0, **ends, method=method, tolerance=tolerance, progress=False)
@@ -75,7 +79,10 @@ def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     "name",
     [
         "gauss-8",
-        *(pytest.param(x, marks=pytest.mark.slow) for x in ("rk-4", "verlet-6", "dop853-adaptive")),
+        *(
+            pytest.param(x, marks=pytest.mark.nightly)
+            for x in ("rk-4", "verlet-6", "dop853-adaptive")
+        ),
     ],
 )
 def test_against_the_exact_flow_at_physical_times(name: str) -> None:
@@ -139,7 +146,7 @@ OSCILLATOR = gi.Problem("oscillator", (("x", 1), ("v", 1)), field=standing)
 @pytest.mark.parametrize("y0", [[0.0, 0.0], [1.0, 0.0], [1e-200, 0.0], [1e200, 1e200]])
 @pytest.mark.parametrize("name", ["gauss-8", "rk-4", "dop853-adaptive"])
 def test_at_rest_from_rest_tiny_and_huge(y0: list[float], name: str) -> None:
-    method = find_method(name)
+    method = gi.find_method(name)
     if method.adaptive:  # an absolute tolerance knows nothing of what is tiny
         method = method.with_options(atol=0.0)
     sol = gi.solve(OSCILLATOR, y0, t_end=7.0, method=method, tolerance=1e-7, progress=False)
@@ -518,7 +525,7 @@ def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
 def test_a_stretch_shows_errors_of_its_coarser_run(sign: float) -> None:
     p, y0, h = HAMILTONIZED.problem, HAMILTONIZED.state, 0.1
     method = gi.RungeKutta("rk-4")
-    made = Integrator.of(method, Start(p, y0, 0.0, sign * h, clock=True))
+    made = gi.Integrator.of(method, Start(p, y0, 0.0, sign * h, clock=True))
     made.prepare()
     found = stretch(made.stepper, Motion(p, y0, 0.0, sign * 500.0), 4, h, 8.0)
     assert found is not None
@@ -650,8 +657,8 @@ def test_compiled_derivatives_have_the_bits_of_plain_ones() -> None:
     problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
     compiled = rates_of(problem, y0)
     for y in (y0, 1.1 * y0, y0[::-1][::-1]):
-        np.testing.assert_array_equal(compiled(problem, y, 0.5), derivative(problem, y))
-    times = [characteristic_time(problem, y0, rate_at=f) for f in (derivative, compiled)]
+        np.testing.assert_array_equal(compiled(problem, y, 0.5), gi.derivative(problem, y))
+    times = [characteristic_time(problem, y0, rate_at=f) for f in (gi.derivative, compiled)]
     assert times[0] == times[1]
 
 

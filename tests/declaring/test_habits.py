@@ -19,7 +19,6 @@ from numba.core import config
 import geomint as gi
 from geomint.problems.declaration import _functions, _values
 from geomint.problems.habits import habit_of
-from geomint.scene.load import load_scene, scene_names
 from tests.problems import examples
 
 pytestmark = pytest.mark.nojit
@@ -201,7 +200,9 @@ def test_a_habit_is_looked_for_again_after_a_change(monkeypatch: pytest.MonkeyPa
 
 
 def test_no_built_in_problem_has_a_habit() -> None:
-    problems = [p for scene in scene_names() for p in load_scene(scene).model.problems.values()]
+    problems = [
+        p for scene in gi.scene_names() for p in gi.load_scene(scene).model.problems.values()
+    ]
     problems += [problem for problem, _ in examples()]
     assert len(problems) > 50
     for problem in problems:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.problems.evaluate import value
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.level import states_on_level
 from geomint.run.plane import boundary, plane_of
@@ -133,8 +132,8 @@ def test_levels() -> None:
     assert states_on_level(SPHERE, y0, 0).shape == (0, 6)
     for y in states_on_level(SPHERE, y0, 3, keep=["energy", "K"]):
         for name in ("energy", "K"):
-            assert value(SPHERE, name, y) == pytest.approx(value(SPHERE, name, y0), rel=1e-10)
+            assert gi.value(SPHERE, name, y) == pytest.approx(gi.value(SPHERE, name, y0), rel=1e-10)
     (moved,) = states_on_level(CONTROL, [0.0, 0.0, 1e-8, 0.0], 1)
-    assert value(CONTROL, "energy", moved) == pytest.approx(5e-17, rel=1e-10, abs=0.0)
+    assert gi.value(CONTROL, "energy", moved) == pytest.approx(5e-17, rel=1e-10, abs=0.0)
     with pytest.raises(gi.DomainError, match="keep"):
         states_on_level(SPHERE, y0, 1, keep=["heat"])

@@ -66,9 +66,9 @@ FAMILIES = [
 def pairs(
     chosen: list[tuple[str, str]], fast: list[tuple[str, str]] = FAMILIES
 ) -> pytest.MarkDecorator:
-    """Return pairs of a method and a problem as parameters; what is not `fast` is slow."""
+    """Return pairs of a method and a problem as parameters; what is not `fast` runs at night."""
     late = [p for p in chosen if p in LATER or p not in fast]
-    marked = [pytest.param(*p, marks=[pytest.mark.slow] * (p in late)) for p in chosen]
+    marked = [pytest.param(*p, marks=[pytest.mark.nightly] * (p in late)) for p in chosen]
     return pytest.mark.parametrize(("name", "problem"), marked)
 
 
@@ -89,7 +89,7 @@ KINDS = [
 ]
 kinds = pairs(FAMILIES, KINDS)
 
-# Derivatives are compiled for every pair anew: five of them are not slow.
+# Derivatives are compiled for every pair anew: five of them are in the fast row.
 differentiated = pairs(
     [pair for pair in FAMILIES if "adaptive" not in pair[0]],
     [pair for pair in KINDS if pair[0] in ("rk-4", "cf-4", "gauss-8", "rattle-2")],

@@ -8,12 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from families import PROBLEMS, families
-from test_orders import COUNTS, IN_FLOAT64, LATE, PLATEAU, cases, slopes
 
 import geomint as gi
-from geomint.methods import find_method
-from geomint.problems.evaluate import value
+from tests.families import PROBLEMS, families
+from tests.methods.test_orders import COUNTS, IN_FLOAT64, LATE, PLATEAU, cases, slopes
 
 BETWEEN = np.array([0.7313, 1.6171])  # not at steps
 MOST = 64.0 * 2.0**-52  # of a constraint, over the size of what it is made of
@@ -25,7 +23,7 @@ def test_order_between_steps(name: str) -> None:
 
     Over three runs together: where in their steps the times lie is another thing in each of them.
     """
-    method = find_method(name)
+    method = gi.find_method(name)
     form = method.needs if name != "dormand-prince-5" else "action"
     problem, y0 = cases(form)[0]
     truth = gi.solve(problem, y0, t_end=2.0, step=2.0 / 64, method="gauss-16", t_eval=BETWEEN).y
@@ -67,10 +65,10 @@ def test_families(name: str, problem: str, sign: int) -> None:
     np.testing.assert_array_equal(sol.sol(times[shuffled]), asked[shuffled])
     np.testing.assert_array_equal(sol.sol(times.reshape(4, 5)), asked.reshape(4, 5, -1))
     np.testing.assert_array_equal(sol.sol(times[3]), asked[3])
-    if "constraints" in find_method(name).keeps or "group orbits" in find_method(name).keeps:
+    if "constraints" in gi.find_method(name).keeps or "group orbits" in gi.find_method(name).keeps:
         for constraint in p.constraints.values():
-            at_steps = max(abs(value(p, constraint, y)) for y in sol.y)
-            between = max(abs(value(p, constraint, y)) for y in asked)
+            at_steps = max(abs(gi.value(p, constraint, y)) for y in sol.y)
+            between = max(abs(gi.value(p, constraint, y)) for y in asked)
             assert between <= 4.0 * at_steps + MOST
 
 

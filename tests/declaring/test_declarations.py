@@ -14,12 +14,10 @@ import pytest
 import geomint as gi
 from geomint.compare.reference import reference_solution
 from geomint.kernels.compiling.signatures import FIELD
-from geomint.kernels.numbers.blocks import part
 from geomint.kernels.numbers.watched import AccessError, Fresh, Given
 from geomint.problems.declaration import FEW, check_problem
-from geomint.problems.evaluate import derivative, rates_of, value
+from geomint.problems.evaluate import rates_of
 from geomint.problems.formulas import is_formula
-from geomint.scene.load import load_scene, scene_names
 from geomint.stress.preserved import Quantities
 from tests.problems import examples
 
@@ -171,7 +169,7 @@ def changed(f: Callable[..., Any], line: str, *, before: bool = False) -> Callab
     call = f"    result = _own({', '.join(names)})"
     lines = [f"    {line}", call] if before else [call, f"    {line}"]
     text = "\n".join([f"def {f.__name__}({', '.join(names)}):", *lines, "    return result"])
-    space = {"_own": gi.helper(f), "gi": gi, "part": part, "math": math}
+    space = {"_own": gi.helper(f), "gi": gi, "part": gi.part, "math": math}
     exec(text, space)
     return space[f.__name__]
 
@@ -562,15 +560,18 @@ def test_values_and_derivatives() -> None:
     problem = fielded(invariants={"bad": bad})
     for f in ("bad", bad):
         with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
-            value(problem, f, np.array(Y2))
-    assert value(problem, energy, Y2) == value(problem, gi.observable(energy), np.array(Y2))
+            gi.value(problem, f, np.array(Y2))
+    assert gi.value(problem, energy, Y2) == gi.value(problem, gi.observable(energy), np.array(Y2))
     with pytest.raises(gi.DeclarationError, match=r"energy of problem .fielded. .*row 9 of y"):
-        value(problem, changed(energy, "y[9]"), Y2)
+        gi.value(problem, changed(energy, "y[9]"), Y2)
     with pytest.raises(gi.DomainError, match="a function recorded"):
-        value(problem, 3, Y2)
+        gi.value(problem, 3, Y2)
     with pytest.raises(gi.DeclarationError, match="never writes row 1 of out"):
-        derivative(fielded(without(oscillator, "out", 1)), np.array(Y2))
-    for evaluate in (lambda y: value(fielded(), "energy", y), lambda y: derivative(fielded(), y)):
+        gi.derivative(fielded(without(oscillator, "out", 1)), np.array(Y2))
+    for evaluate in (
+        lambda y: gi.value(fielded(), "energy", y),
+        lambda y: gi.derivative(fielded(), y),
+    ):
         for y in (np.ones(1), np.ones(3), np.ones((2, 1))):
             with pytest.raises(gi.DomainError, match="a state of 2 numbers"):
                 evaluate(y)
@@ -579,20 +580,20 @@ def test_values_and_derivatives() -> None:
 def test_derivatives_are_those_of_their_state() -> None:
     """What the check has evaluated serves its own state and time, and is nobody else's to change."""
     fresh, y, z = fielded(), np.array(Y2), np.array([0.3, -0.2])
-    first = derivative(fresh, y)
+    first = gi.derivative(fresh, y)
     first[0] = 7.0
-    np.testing.assert_array_equal(derivative(fresh, y), [0.5, -1.0])
-    np.testing.assert_array_equal(derivative(fresh, z), [-0.2, -0.3])
+    np.testing.assert_array_equal(gi.derivative(fresh, y), [0.5, -1.0])
+    np.testing.assert_array_equal(gi.derivative(fresh, z), [-0.2, -0.3])
 
     def forced(params, t, y, out, work):
         out[0] = y[1] + t
         out[1] = -y[0]
 
     timed = fielded(forced)
-    assert derivative(timed, y)[0] == 0.5
-    assert derivative(timed, y, 2.0)[0] == 2.5
+    assert gi.derivative(timed, y)[0] == 0.5
+    assert gi.derivative(timed, y, 2.0)[0] == 2.5
     other = dataclasses.replace(timed, params=[2.0], field=gi.field(oscillator))
-    np.testing.assert_array_equal(derivative(other, y), [0.5, -2.0])
+    np.testing.assert_array_equal(gi.derivative(other, y), [0.5, -2.0])
 
 
 def test_references(nothing_runs: None) -> None:
@@ -781,8 +782,8 @@ def test_all_built_in_problems_fit() -> None:
     found = [(problem.name, problem, y) for problem, y in examples()]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gi.GeomintWarning)
-        for scene in scene_names():
-            model = load_scene(scene).model
+        for scene in gi.scene_names():
+            model = gi.load_scene(scene).model
             found += [(f"{scene}:{n}", p, model.states[n]) for n, p in model.problems.items()]
     assert len(found) > 80
     for name, problem, y in found:
@@ -818,7 +819,7 @@ def test_results_are_what_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
             out, work = np.zeros(problem.rows), np.zeros(problem.work)
             arguments = (Block(problem.params), np.float64(0.0), Block(y0), Block(out), Block(work))
             problem.field(*arguments)
-            np.testing.assert_array_equal(derivative(problem, y0), out)
+            np.testing.assert_array_equal(gi.derivative(problem, y0), out)
 
 
 def test_own_groups_fit() -> None:
@@ -845,7 +846,7 @@ def test_own_groups_fit() -> None:
 def test_watched_blocks() -> None:
     """Rows are counted in the whole block, also through parts of parts, which share what is known."""
     block = Fresh("work", 6)
-    inner = part(part(block, 1, 4), 2, 2)
+    inner = gi.part(gi.part(block, 1, 4), 2, 2)
     inner[1] = 5.0
     assert block[4] == 5.0
     assert block.unwritten == 0
@@ -853,19 +854,19 @@ def test_watched_blocks() -> None:
         (lambda: inner[0], 3),
         (lambda: inner[2], 5),
         (lambda: inner[-1], 2),
-        (lambda: part(inner, 1, 2), 5),
-        (lambda: part(inner, -1, 2), 2),
+        (lambda: gi.part(inner, 1, 2), 5),
+        (lambda: gi.part(inner, -1, 2), 2),
         (lambda: block[6], 6),
     ):
         with pytest.raises(AccessError) as caught:
             act()
         assert (caught.value.name, caught.value.index, caught.value.size) == ("work", index, 6)
-    assert len(part(block, 6, 0)) == 0
+    assert len(gi.part(block, 6, 0)) == 0
     assert Fresh("work", 0).unwritten is None
     given = Given("y", np.arange(3.0))
-    assert part(given, 1, 2)[1] == 2.0
+    assert gi.part(given, 1, 2)[1] == 2.0
     with pytest.raises(AccessError, match="writes row 2 of y, which is not its own"):
-        part(given, 1, 2)[1] = 0.0
+        gi.part(given, 1, 2)[1] = 0.0
 
 
 # --- far off the motion ---------------------------------------------------------------------------
@@ -899,9 +900,9 @@ def test_rows_are_checked_where_they_depend_on_numbers(f):
     """Time scales look far off the motion, where there may be no such row."""
     problem = gi.Problem("table", (("x", 1),), params=np.ones(64), field=gi.field(f))
     rates, far = rates_of(problem, np.ones(1)), np.array([67.0])
-    assert rates(problem, np.ones(1), 0.0) == derivative(problem, np.ones(1))
+    assert rates(problem, np.ones(1), 0.0) == gi.derivative(problem, np.ones(1))
     if f is by_formula:
-        np.testing.assert_array_equal(rates(problem, far, 1.0), derivative(problem, far, 1.0))
+        np.testing.assert_array_equal(rates(problem, far, 1.0), gi.derivative(problem, far, 1.0))
         return
     with pytest.raises(IndexError):
         rates(problem, far, 67.0)
@@ -909,8 +910,8 @@ def test_rows_are_checked_where_they_depend_on_numbers(f):
 
 def test_fields_of_systems_are_formulas():
     """So that what is asked of them beside steps is compiled."""
-    for name in scene_names():
-        problem = load_scene(name).problem
+    for name in gi.scene_names():
+        problem = gi.load_scene(name).problem
         if problem.field is not None:
             sizes = {"y": problem.rows, "out": problem.rows}
             assert is_formula(problem, problem.field, FIELD, sizes), name

@@ -13,7 +13,7 @@ from numba.core import config
 from numba.core.errors import NumbaError
 
 import geomint as gi
-from geomint.methods import find_method, methods
+from geomint.methods import methods
 from geomint.problems.testproblems import henon_heiles, pulsating_body, sphere_metric
 from geomint.tableaux import gauss_legendre
 from tests.problems import double_pendulum, lotka_volterra, so_n_flow, spherical_pendulum
@@ -52,7 +52,7 @@ RUNAWAY = gi.Problem("runaway", (("v", 6),), action=gi.GroupAction(runaway, gi.s
 
 @pytest.mark.parametrize(
     "method",
-    ["rk-4", "dop853", "gauss-2", "gauss-8", pytest.param("gauss-12", marks=pytest.mark.slow)],
+    ["rk-4", "dop853", "gauss-2", "gauss-8", pytest.param("gauss-12", marks=pytest.mark.nightly)],
 )
 @pytest.mark.parametrize("compiled", [True, False])
 def test_a_solution_that_explodes(method: str, compiled: bool) -> None:
@@ -333,13 +333,13 @@ def test_failures_beside_the_run() -> None:
         lambda: gi.Compose(gi.Rattle().with_options(iteration_tolerance=0.0), 7),
         lambda: gi.Rattle().with_options(tolerence=0.0),
         lambda: gi.Rattle().with_options(max_iterations=2.5),
-        lambda: find_method("gauss-17"),
-        lambda: find_method("rk4"),
-        lambda: find_method("rattle-suzuki-5"),
-        lambda: find_method("rk-4-suzuki-4"),
-        lambda: find_method(8),
-        lambda: find_method(None),
-        lambda: find_method(""),
+        lambda: gi.find_method("gauss-17"),
+        lambda: gi.find_method("rk4"),
+        lambda: gi.find_method("rattle-suzuki-5"),
+        lambda: gi.find_method("rk-4-suzuki-4"),
+        lambda: gi.find_method(8),
+        lambda: gi.find_method(None),
+        lambda: gi.find_method(""),
     ],
 )
 def test_options_outside_their_domain(make: object) -> None:
@@ -353,7 +353,7 @@ def test_options_outside_their_domain(make: object) -> None:
 def test_a_method_that_was_probably_meant() -> None:
     """Is named."""
     with pytest.raises(gi.MethodError, match="Did you mean 'gauss-8'"):
-        find_method("gaus-8")
+        gi.find_method("gaus-8")
     with pytest.raises(gi.MethodError, match="Did you mean 'rk-4'"):
         gi.RungeKutta("rk4")
 

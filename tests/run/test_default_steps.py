@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 import chaplygin as ch
 import geomint as gi
 from geomint.run.local_error import DOUBT, promised
-from tests.methods.test_local_error import SYSTEMS, epidemic, far, hanging, kepler, plain, rigid
 from tests.problems import abc_flow, double_pendulum
+from tests.run.test_local_error import SYSTEMS, epidemic, far, hanging, kepler, plain, rigid
 
 PENDULUM = gi.Problem("hanging", space=gi.TangentSphere(3, ("q", "v")), field=hanging)
 NEUMANN = ch.neumann_problem([1.0, 2.0, 4.0], 10.0)

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import FAMILIES, PROBLEMS
 
 import geomint as gi
 from geomint.compare.reference import integrate_extended
-from geomint.methods import find_method
 from geomint.run.error_estimate import error_estimate
 from geomint.scene.load import builtin_scenes
+from tests.families import FAMILIES, PROBLEMS
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
@@ -41,7 +40,7 @@ def on_circle(t: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("end", [5.0, -3.0, 0.33])
 def test_against_the_motion(name: str, end: float) -> None:
     """Of every saved state, with its sign and forwards and backwards, a cut last step included."""
-    step = {} if find_method(name).adaptive else {"step": 0.33 if name == "dop853" else 0.1}
+    step = {} if gi.find_method(name).adaptive else {"step": 0.33 if name == "dop853" else 0.1}
     sol = gi.solve(
         CIRCLE, [1.0, 0.0], t_end=end, method=name, **step, save_every=1, estimate_error=True
     )
@@ -58,8 +57,8 @@ def test_against_the_motion(name: str, end: float) -> None:
 @pytest.mark.filterwarnings("ignore:step = ")
 def test_states_within_the_first_step(name: str, sign: float) -> None:
     """They are one shorter step from the beginning; so is the end of a run shorter than a step."""
-    adaptive = find_method(name).adaptive
-    chosen: Any = find_method(name)
+    adaptive = gi.find_method(name).adaptive
+    chosen: Any = gi.find_method(name)
     if adaptive:
         chosen = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), rtol=1e-3, atol=1e-3)
     given = {"method": chosen, "step": 0.4, "estimate_error": True}
@@ -120,7 +119,7 @@ def test_every_method(name: str, problem: str) -> None:
     assert 0.1 * (error - 1e-15) < estimate < 10.0 * (error + 1e-15)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", sorted(builtin_scenes()))
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_built_in_scenes(name: str) -> None:

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import FAMILIES, PROBLEMS
 
 import geomint as gi
-from geomint.methods import find_method
+from tests.families import FAMILIES, PROBLEMS
 
 FIXED = [
     pytest.param(name, problem, id=f"{name}-{problem}")
     for name, problem in FAMILIES
-    if not find_method(name).adaptive
+    if not gi.find_method(name).adaptive
 ]
 HENON, START = PROBLEMS["henon-heiles"]
 
@@ -142,7 +141,7 @@ def test_wrong_input() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "problem"), [pair for pair in FAMILIES if find_method(pair[0]).adaptive]
+    ("name", "problem"), [pair for pair in FAMILIES if gi.find_method(pair[0]).adaptive]
 )
 def test_steps_of_an_adaptive_run(name: str, problem: str) -> None:
     """The derivative of its steps as they were taken: near that of the motion."""

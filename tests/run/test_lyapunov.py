@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import PROBLEMS, differentiated
 from scipy.integrate import solve_ivp
 
 import geomint as gi
@@ -15,6 +14,7 @@ from geomint.methods.carried import sizes_of_pieces
 from geomint.problems.derivatives import slopes_of
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.growing import Growing
+from tests.families import PROBLEMS, differentiated
 
 STEP = 0.05
 CHAOTIC = np.array([0.0, -0.25, 0.42081, 0.0])  # energy 0.125 and more: most motions are chaotic
@@ -127,7 +127,7 @@ def test_some_of_them() -> None:
     assert "0.1" in repr(first) or "exponents" in repr(first)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_many_directions() -> None:
     """Two passes of directions: as the derivative of the run has them."""
     scene = gi.load_scene("rolling-ball-n4")

@@ -212,7 +212,7 @@ def changed(entry: Callable[[bool], Any], change: Callable[[], None]) -> None:
     "ignore::geomint.DeclarationWarning",
 )
 @pytest.mark.parametrize(
-    "name", [*ENTRIES, *(pytest.param(n, marks=pytest.mark.slow) for n in SLOW)]
+    "name", [*ENTRIES, *(pytest.param(n, marks=pytest.mark.nightly) for n in SLOW)]
 )
 def test_every_entry_takes_the_new_number(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the bits of plain Python, which always does."""

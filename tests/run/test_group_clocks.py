@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import PROBLEMS
 
 import geomint as gi
+from tests.families import PROBLEMS
 
 
 @gi.observable

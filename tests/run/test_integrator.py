@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import FAMILIES, PROBLEMS, families
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 import geomint as gi
 from geomint.run import driver
 from geomint.run.wanted import Wanted
+from tests.families import FAMILIES, PROBLEMS, families
+from tests.rows import examples
 
 H = 0.05
 FIXED = [pair for pair in FAMILIES if "adaptive" not in pair[0]]
@@ -108,7 +109,7 @@ def test_a_written_state_is_a_new_beginning(name: str, problem: str) -> None:
 LOTKA, START = PROBLEMS["lotka-volterra"]
 
 
-@settings(deadline=None, max_examples=25)
+@examples(25)
 @given(st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=6))
 def test_any_times_are_met(times: list[float]) -> None:
     """Forwards, backwards, hardly at all: the state is that of one run to the last of them."""

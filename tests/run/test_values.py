@@ -10,7 +10,7 @@ from fractions import Fraction
 import pytest
 
 import geomint as gi
-from geomint.methods import find_method, methods
+from geomint.methods import methods
 from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA, Tableau
 
 pytestmark = pytest.mark.nojit
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.nojit
 MINE = dataclasses.replace(RUNGE_KUTTA["kutta-3"], name="mine-3")
 VALUES = [
     *methods().values(),
-    find_method("gauss-1-suzuki-4-suzuki-6"),
+    gi.find_method("gauss-1-suzuki-4-suzuki-6"),
     gi.Gauss(8, iteration_tolerance=2.0**-56),
     gi.Gauss(8, max_iterations=7),
     gi.Gauss(3, iteration="newton"),
@@ -48,7 +48,7 @@ def test_copies_are_equal(method: gi.Method) -> None:
         pickle.loads(pickle.dumps(method)),
         copy.deepcopy(method),
         dataclasses.replace(method),  # type: ignore[type-var]
-        find_method(method.name).with_options(**method.options)
+        gi.find_method(method.name).with_options(**method.options)
         if method.name != "mine-3"
         else method,
         eval(repr(method), {type(method).__name__: type(method), **NAMES}),
@@ -88,9 +88,9 @@ def test_what_is_written_differently_is_the_same() -> None:
     assert (
         gi.Compose(gi.Gauss(1), 4)
         == gi.Compose(gi.Gauss(1), four)
-        == find_method(f"gauss-1-{four.name}")
+        == gi.find_method(f"gauss-1-{four.name}")
     )
-    assert gi.Compose(gi.Rattle(), 4) == find_method("rattle-4")
+    assert gi.Compose(gi.Rattle(), 4) == gi.find_method("rattle-4")
     assert gi.Gauss(8, iteration_tolerance=0) == gi.Gauss()
 
 
@@ -100,8 +100,8 @@ def test_reprs() -> None:
     assert repr(gi.Gauss(3, iteration_tolerance=1e-10)) == "Gauss(3, iteration_tolerance=1e-10)"
     assert repr(gi.RungeKutta()) == "RungeKutta('rk-4')"
     assert repr(gi.RKMK("dop853", "cayley")) == "RKMK('dop853', 'cayley')"
-    assert repr(find_method("rattle-4")) == "Compose(Rattle(), 'suzuki-4')"
-    assert repr(find_method("dop853-adaptive")) == "Adaptive(RungeKutta('dop853'))"
+    assert repr(gi.find_method("rattle-4")) == "Compose(Rattle(), 'suzuki-4')"
+    assert repr(gi.find_method("dop853-adaptive")) == "Adaptive(RungeKutta('dop853'))"
     assert repr(gi.RungeKutta(MINE)).startswith("RungeKutta(Tableau(name='mine-3'")
 
 
@@ -144,7 +144,7 @@ class Worked(Plain):
 
 
 def test_what_a_method_does_not_say_is_named() -> None:
-    for use in (find_method, gi.Adaptive, lambda method: gi.Compose(method, 4)):
+    for use in (gi.find_method, gi.Adaptive, lambda method: gi.Compose(method, 4)):
         with pytest.raises(gi.MethodError, match="Silent does not say its name, order, needs"):
             use(Silent())  # type: ignore[operator]
 

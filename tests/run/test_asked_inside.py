@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.methods import find_method, methods
+from geomint.methods import methods
 
 
 @gi.field
@@ -104,7 +104,7 @@ NAMES = [*methods(), "gauss-1-suzuki-4", "verlet-suzuki-4"]
 def test_every_method(which: int) -> None:
     """Forwards or backwards, with whole steps or a last shorter one."""
     (begin, end, count), name = SPANS[which % len(SPANS)], NAMES[which]
-    problem, y0 = problem_of(find_method(name).needs, begin, end)
+    problem, y0 = problem_of(gi.find_method(name).needs, begin, end)
     step = abs(end - begin) / count * (1.0 if which % 7 else 0.83)
     sol = gi.solve(problem, y0, t0=begin, t_end=end, method=name, compiled=False, step=step)
     assert np.isfinite(sol.y).all()
@@ -117,7 +117,7 @@ KINDS = ("rk-4", "rattle-2", "dop853-adaptive")
 @pytest.mark.parametrize(("begin", "end", "count"), SPANS[1:5:2])
 def test_all_that_looks_at_a_run(name: str, begin: float, end: float, count: int) -> None:
     """Default steps, trials of a tolerance, second runs, events, dense output, quantities, members."""
-    problem, y0 = problem_of(find_method(name).needs, begin, end)
+    problem, y0 = problem_of(gi.find_method(name).needs, begin, end)
     run: dict[str, Any] = {"t0": begin, "t_end": end, "method": name}
     step = abs(end - begin) / count
     known = gi.solve(problem, y0, **run, step=step / 32).y[-1]

@@ -11,13 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import PROBLEMS, kinds
 
 import chaplygin as ch
 import geomint as gi
-from geomint.methods import find_method
-from geomint.problems.evaluate import value
 from geomint.run import driver
+from tests.families import PROBLEMS, kinds
 from tests.problems import lotka_volterra
 
 
@@ -54,7 +52,7 @@ def on_line(function: Any, end: float = 1.0, step: float = 0.125, **options: Any
 @kinds
 @pytest.mark.parametrize(
     "sign",
-    [1, pytest.param(-1, marks=pytest.mark.slow)],
+    [1, pytest.param(-1, marks=pytest.mark.nightly)],
     ids=["forwards", "backwards"],
 )
 def test_families(name: str, problem: str, sign: int) -> None:
@@ -82,11 +80,11 @@ def test_families(name: str, problem: str, sign: int) -> None:
         for (i, j), t, direction in zip(changes, met.t, met.directions, strict=True):
             assert sign * times[i] <= sign * t <= sign * times[j]
             assert direction == np.sign(values[j])
-    if "constraints" in find_method(name).keeps:
+    if "constraints" in gi.find_method(name).keeps:
         for constraint in p.constraints.values():
             for met in sol.events.values():
-                at_steps = max(abs(value(p, constraint, y)) for y in sol.y)
-                off = [abs(value(p, constraint, y)) for y in met.y]
+                at_steps = max(abs(gi.value(p, constraint, y)) for y in sol.y)
+                off = [abs(gi.value(p, constraint, y)) for y in met.y]
                 assert max(off, default=0.0) <= 4.0 * at_steps + 1e-14
 
 

@@ -15,32 +15,26 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling.recorded import field, helper
-from geomint.methods import find_method
-from geomint.problems.forms import GroupAction
-from geomint.problems.groups import so3
-from geomint.problems.natural import natural_on_sphere
-from geomint.problems.spaces.tangent_bundle import TangentSphere
 
 NEVER = 1e9
 SHORT = [math.sqrt(0.5) + 0.12 * k for k in range(11)]  # stretches of two steps
 SWITCH, END, STEP = math.sqrt(0.5), 2.0, 0.1
 
 
-@helper
+@gi.helper
 def late(params: Any, t: Any) -> Any:
     """1 behind the time of the switch, 0 before it, and at it as the second parameter says."""
     return gi.select(t > params[0], 1.0, gi.select(t < params[0], 0.0, params[1]))
 
 
-@field
+@gi.field
 def gravity(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     out[0] = 0.0 * q[0] + 1.5 * late(params, t)
     out[1] = 0.0 * q[1] - 0.5 * late(params, t)
     out[2] = 0.0 * q[2] + 1.0
 
 
-@field
+@gi.field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     dq[0] = 0.0 * q[0] + 1.5 * late(params, t)
     dq[1] = 0.0 * q[1] - 0.5 * late(params, t)
@@ -49,7 +43,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
         dp[i] = 1.0 * p[i]
 
 
-@field
+@gi.field
 def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     x, z = 1.5 * late(params, t), -0.5 * late(params, t)
     p2 = y[3] * y[3] + y[4] * y[4] + y[5] * y[5]
@@ -60,7 +54,7 @@ def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[3], out[4], out[5] = out[3] - x, out[4] - z, out[5] - 1.0
 
 
-@field
+@gi.field
 def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     for i in range(3):
         out[i] = -y[i] / (1.0 + 0.6 * i) - late(params, t) * y[3 + (i + 1) % 3]
@@ -77,7 +71,7 @@ def since(params: Any, t: Any, y: Any, work: Any) -> Any:
     return t - params[0] + 0.0 * y[0]
 
 
-SPACE = TangentSphere(3, ("q", "p"))
+SPACE = gi.TangentSphere(3, ("q", "p"))
 STARTS = {
     "pendulum": np.array([0.6, 0.0, -0.8, 0.4, 0.9, 0.3]),
     "sphere": np.array([0.6, 0.0, -0.8, 0.4, 0.9, 0.3]),
@@ -89,7 +83,7 @@ def problem(kind: str, switch: float = SWITCH, at_it: float = 1.0) -> gi.Problem
     """Return a motion with a force from a time on."""
     params = [switch, at_it]
     if kind == "body":
-        action = GroupAction(turning, so3(2))
+        action = gi.GroupAction(turning, gi.so3(2))
         return gi.Problem("body", (("m", 3), ("gamma", 3)), params=params, action=action)
     if kind == "pendulum":
         return gi.Problem("pendulum", (("q", 3), ("p", 3)), params=params, field=pendulum)
@@ -99,7 +93,7 @@ def problem(kind: str, switch: float = SWITCH, at_it: float = 1.0) -> gi.Problem
         params=params,
         field=pendulum,
         hamiltonian=SPACE.hamiltonian(gradients, separable=True),
-        splitting=natural_on_sphere(gravity),
+        splitting=gi.natural_on_sphere(gravity),
     )
 
 
@@ -116,7 +110,7 @@ def joined(kind: str, method: Any, sign: float, end: float = END) -> tuple[np.nd
             t0=begin,
             t_end=until,
             method=method,
-            step=None if find_method(method).adaptive else abs(until - begin) / count,
+            step=None if gi.find_method(method).adaptive else abs(until - begin) / count,
         )
         y, steps = sol.y[-1], steps + sol.steps
     return y, steps
@@ -138,7 +132,7 @@ few = pytest.mark.parametrize(
 def ended(kind: str, name: str, sign: float = 1.0, at_it: float = 1.0, **more: Any) -> gi.Solution:
     """Return a run over the switch, with a break there."""
     begin, end = (0.0, END) if sign > 0.0 else (END, 0.0)
-    step = {} if find_method(name).adaptive or "tolerance" in more else {"step": STEP}
+    step = {} if gi.find_method(name).adaptive or "tolerance" in more else {"step": STEP}
     given = {"t0": begin, "t_end": end, "method": name, "breaks": [SWITCH], **step, **more}
     return gi.solve(problem(kind, at_it=at_it), STARTS[kind], **given)
 
@@ -148,16 +142,16 @@ def ended(kind: str, name: str, sign: float = 1.0, at_it: float = 1.0, **more: A
 def test_a_run_is_two_runs_joined(name: str, kind: str, sign: float) -> None:
     """So no function has been evaluated on the wrong side, however the switch is written."""
     want, steps = joined(kind, name, sign)
-    tolerance = 1e-6 if find_method(name).adaptive else 2e-14
+    tolerance = 1e-6 if gi.find_method(name).adaptive else 2e-14
     for at_it in (0.0, 1.0):
         sol = ended(kind, name, sign, at_it, save_every=1)
         assert sol.success
         assert SWITCH in sol.t
-        assert sol.steps == steps or find_method(name).adaptive
+        assert sol.steps == steps or gi.find_method(name).adaptive
         assert len(sol.t) == sol.steps + 1
         np.testing.assert_allclose(sol.y[-1], want, rtol=0, atol=tolerance)
     without = ended(kind, name, sign, breaks=None)
-    if not find_method(name).adaptive:
+    if not gi.find_method(name).adaptive:
         assert np.abs(without.y[-1] - want).max() > 1e-6
 
 
@@ -165,14 +159,14 @@ def test_a_run_is_two_runs_joined(name: str, kind: str, sign: float) -> None:
 def test_breaks_where_nothing_switches_move_nothing(name: str, kind: str) -> None:
     """In any order, and some twice: the run ends where the motion does."""
     given = {"t_end": END, "method": name}
-    step = {} if find_method(name).adaptive else {"step": 0.02}
+    step = {} if gi.find_method(name).adaptive else {"step": 0.02}
     still = problem(kind, NEVER)
     want = gi.solve(still, STARTS[kind], tolerance=1e-9, t_end=END, method=name)
     breaks = [1.3, 0.4, 0.4, 1.3 + 1e-16, 1.9999]
     sol = gi.solve(still, STARTS[kind], **given, **step, breaks=breaks, save_every=1)
     assert {0.4, 1.3, 1.9999} <= {*sol.t.tolist()}
     assert np.all(np.diff(sol.t) > 0.0)
-    bound = {1: 1e-1, 2: 1e-3, 3: 1e-4, 4: 1e-5}.get(find_method(name).order, 1e-6)
+    bound = {1: 1e-1, 2: 1e-3, 3: 1e-4, 4: 1e-5}.get(gi.find_method(name).order, 1e-6)
     np.testing.assert_allclose(sol.y[-1], want.y[-1], rtol=0, atol=bound)
 
 
@@ -185,7 +179,7 @@ def test_states_asked_for_lie_on_the_same_motion(name: str, kind: str, sign: flo
     given: dict[str, Any] = {"dense": True, "events": ["m[1]" if kind == "body" else "q[2]"]}
     sol = ended(kind, name, sign, t_eval=times, **given)
     fine = ended(kind, name, sign, step=STEP / 32, t_eval=times, **given)
-    bound = {2: 1e-2, 4: 1e-3}.get(find_method(name).order, 1e-12)
+    bound = {2: 1e-2, 4: 1e-3}.get(gi.find_method(name).order, 1e-12)
     np.testing.assert_array_equal(sol.t, times)
     np.testing.assert_allclose(sol.y, fine.y, rtol=0, atol=bound)
     np.testing.assert_allclose(sol.sol(times), sol.y, rtol=0, atol=1e-14)
@@ -205,8 +199,8 @@ def test_an_event_ends_the_run_in_a_later_stretch(name: str, kind: str) -> None:
     assert sol.message == "ended by the event 'now'"
     assert sol.t[-1] == pytest.approx(SWITCH, abs=1e-12)
     count = np.searchsorted(whole.t, SWITCH)
-    assert sol.steps == count - 1 or find_method(name).adaptive
-    if not find_method(name).adaptive:
+    assert sol.steps == count - 1 or gi.find_method(name).adaptive
+    if not gi.find_method(name).adaptive:
         np.testing.assert_array_equal(sol.y[:-1], whole.y[:count])
         on = gi.solve(sol, t_end=whole.t[-1])
         np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=1e-13)
@@ -370,7 +364,7 @@ def test_a_solution_goes_on(name: str, kind: str, tmp_path: Path) -> None:
     whole = ended(kind, name)
     half = ended(kind, name, breaks=None, t_end=0.5)
     on = gi.solve(half, t_end=END, breaks=[SWITCH])
-    bound = {2: 1e-2, 3: 1e-3, 4: 1e-3}.get(find_method(name).order, 1e-5)
+    bound = {2: 1e-2, 3: 1e-3, 4: 1e-3}.get(gi.find_method(name).order, 1e-5)
     np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=bound)
     once = ended(kind, name, t_end=1.5)
     once.save(tmp_path / "run.nc")

@@ -7,15 +7,14 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
-from families import PROBLEMS, differentiated
 
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.status import OK
-from geomint.methods import find_method
 from geomint.methods.method import Start
 from geomint.methods.stepper import Stepper
 from geomint.run.carried_directions import CarriedDirections
+from tests.families import PROBLEMS, differentiated
 
 STEP, STEPS = 0.05, 3
 
@@ -43,7 +42,7 @@ def in_digits(stepper: Stepper, params: np.ndarray, y: np.ndarray) -> np.ndarray
 SYSTEMS = [("hamiltonized-n3", "verlet-2"), ("ball-3d", "cf-4"), ("control-physical-n4", "gauss-2")]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("scene", "name"), SYSTEMS)
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_systems_to_rounding(scene: str, name: str) -> None:
@@ -74,7 +73,7 @@ def check(p: gi.Problem, y0: np.ndarray, name: str, moving: Any = True) -> None:
     both = {name: w * by for name, w in both.items()}
     longer = gi.tangent_flow(p, y0, **stop, method=name, step=STEP, directions=by * u, **both)
     np.testing.assert_array_equal(longer.slopes / by, found.slopes)
-    stepper = find_method(name).start(Start(p, y0, 0.0, STEP))
+    stepper = gi.find_method(name).start(Start(p, y0, 0.0, STEP))
     with mp.workdps(50):
         e = mp.mpf(10) ** -20
         for k in range(3):
@@ -94,7 +93,7 @@ GROWN = ["gauss-3", "gauss-1-suzuki-4", "rattle-2", "rattle-4", "lobatto-3", "lo
 def test_slopes_may_grow(name: str) -> None:
     """Where they are much larger than the state the state is solved for as it was before."""
     p, y0 = PROBLEMS["double-pendulum" if name[0] in "rl" else "henon-heiles"]
-    stepper = find_method(name).start(Start(p, p.canonical(y0), 0.0, 0.1))
+    stepper = gi.find_method(name).start(Start(p, p.canonical(y0), 0.0, 0.1))
     y, slopes = [], []
     for grown in (1.0, 2.0**40, 2.0**500):
         carried = CarriedDirections(stepper, np.eye(p.rows))

@@ -12,9 +12,8 @@ from scipy.integrate import solve_ivp
 
 import geomint as gi
 from geomint.problems.declared import false_claims
-from geomint.scene.load import scene_names
 
-SCENES = scene_names()
+SCENES = gi.scene_names()
 
 
 @gi.field

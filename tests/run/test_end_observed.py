@@ -9,7 +9,6 @@ import pytest
 
 import geomint as gi
 from geomint.methods.stepper import Stepper
-from geomint.problems.evaluate import value
 from geomint.problems.testproblems import pulsating_body
 from geomint.run import driver
 from geomint.watch.observe import Observers
@@ -85,8 +84,8 @@ def test_the_end_is_a_sample(name: str, every: int, sign: int) -> None:
             problem, end, method, observe="size", observe_every=every, save_every=save_every
         )
         drift = some.drift["size"]
-        start = value(problem, size, START)
-        deviations = np.array([value(problem, size, y) - start for y in whole.y])
+        start = gi.value(problem, size, START)
+        deviations = np.array([gi.value(problem, size, y) - start for y in whole.y])
         samples = sorted({*range(every, whole.steps + 1, every), len(whole.y) - 1})
         assert drift.final_error == deviations[-1] != 0.0
         assert drift.max_abs_error == np.max(np.abs(deviations[samples]))
@@ -106,7 +105,9 @@ def test_a_failed_run_is_observed_to_its_last_state(every: int) -> None:
         partial = caught.value.partial
         drift = partial.drift["size"]
         assert drift.windows.last_time == partial.t[-1] > 0.8
-        assert drift.final_error == value(ENDING, size, partial.y[-1]) - value(ENDING, size, START)
+        assert drift.final_error == gi.value(ENDING, size, partial.y[-1]) - gi.value(
+            ENDING, size, START
+        )
 
 
 def test_a_run_that_fails_at_once_has_no_sample() -> None:
@@ -142,7 +143,7 @@ def test_an_interrupted_run_is_observed_to_its_last_state(
     drift = sol.drift["size"]
     assert sol.status == "interrupted"
     assert drift.windows.last_time == sol.t[-1] > 0.0
-    assert drift.final_error == value(IN_T, size, sol.y[-1]) - value(IN_T, size, START)
+    assert drift.final_error == gi.value(IN_T, size, sol.y[-1]) - gi.value(IN_T, size, START)
     times = drift.windows.times
     assert (np.diff(times) > 0.0).all()
 
@@ -172,5 +173,7 @@ def test_group_methods_too() -> None:
     for name, drift in sol.drift.items():
         if name != "measure":
             f = problem.diagnostics[name]
-            assert drift.final_error == value(problem, f, sol.y[-1], 1.0) - value(problem, f, y0)
+            assert drift.final_error == gi.value(problem, f, sol.y[-1], 1.0) - gi.value(
+                problem, f, y0
+            )
         assert drift.windows.last_time == 1.0
