@@ -21,37 +21,16 @@ from typing import Any, NamedTuple
 from tests.planted.faults import ROOT
 from tests.planted.run import Job, options, tell
 
-FIRST = {  # the folders that run first, by the beginning of the module
-    "geomint": "methods scene cli",
-    "geomint.arguments": "asked",
-    "geomint.cli": "cli",
-    "geomint.compare": "compare",
-    "geomint.errors": "outputs asked",
-    "geomint.kernels.compiling": "kernels sending",
-    "geomint.kernels.groups": "kernels spaces methods",
-    "geomint.kernels.numbers": "kernels",
-    "geomint.kernels.solve": "methods kernels",
-    "geomint.kernels.tangent": "measure kernels methods",
-    "geomint.methods": "methods",
-    "geomint.plan": "scene cli",
-    "geomint.plots": "report pictures",
-    "geomint.problems": "methods spaces kernels",
-    "geomint.problems.spaces": "spaces",
-    "geomint.references": "report",
-    "geomint.report": "report cli",
-    "geomint.run.ensemble": "ensemble",
-    "geomint.run.exact": "methods/test_exact_roots.py chaplygin",
-    "geomint.run.files": "outputs cli",
-    "geomint.run.storage": "outputs",
-    "geomint.scene": "scene",
-    "geomint.scipy": "methods/test_scipy.py",
-    "geomint.stress": "stress",
-    "geomint.tableaux": "tableaux methods",
-    "geomint.testing": "spaces watch",
-    "geomint.watch": "watch report",
-    "chaplygin": "chaplygin",
-    "chaplygin.stress": "stress",
-}
+FIRST = {  # the folders that run first, where they have not the name of the room
+    "arguments": "asked", "errors": "outputs asked", "kernels": "methods kernels",
+    "kernels.compiling": "kernels sending", "kernels.groups": "kernels spaces methods",
+    "kernels.numbers": "kernels", "kernels.tangent": "measure kernels methods", "plan": "scene cli",
+    "plots": "report pictures", "problems": "methods spaces kernels", "problems.spaces": "spaces",
+    "references": "report", "run": "methods scene", "run.ensemble": "ensemble",
+    "run.exact": "methods/test_exact_roots.py chaplygin", "run.files": "outputs cli",
+    "run.storage": "outputs", "scipy": "methods/test_scipy.py", "tableaux": "tableaux methods",
+    "testing": "spaces watch", "watch": "watch report",
+}  # fmt: skip
 SIGNS = {ast.Add: ("+", "-"), ast.Sub: ("-", "+")}
 ORDERS = {
     ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">"),
@@ -199,15 +178,19 @@ def _job(name: str, path: Path, change: Change) -> Job | None:
     other = source[: change.start] + change.text + source[change.end :]
     with contextlib.suppress(SyntaxError):
         if ast.dump(ast.parse(other)) != ast.dump(ast.parse(source)):
-            module = ".".join(inside.relative_to("src").with_suffix("").parts)
-            room = max((r for r in FIRST if f"{module}.".startswith(f"{r}.")), key=len)
-            folders = tuple(f"tests/{folder}" for folder in FIRST[room].split())
-            first = source.rfind(b"\n", 0, change.start) + 1
+            package, *parts = inside.relative_to("src").with_suffix("").parts
+            rooms = [".".join(parts[:k]) for k in range(len(parts), 0, -1)]
+            own = package if package == "chaplygin" and parts[0] != "stress" else parts[0]
+            own = own if (ROOT / "tests" / own).is_dir() else "cli"
+            folders = next(
+                (FIRST[room] for room in rooms if own != "chaplygin" and room in FIRST), own
+            )
+            begin = source.rfind(b"\n", 0, change.start) + 1
             ends = (source, change.end), (other, change.start + len(change.text))
-            old, new = (x[first : x.find(b"\n", end)].decode().strip() for x, end in ends)
-            place = f"{module}:{change.function}"
-            told = {"place": place, "risk": change.kind, "old": old, "new": new}
-            return Job(name, inside, other.decode(), folders, told)
+            old, new = (x[begin : x.find(b"\n", end)].decode().strip() for x, end in ends)
+            place = f"{package}.{rooms[0]}:{change.function}"
+            told = place, change.kind, old, new, inside, other.decode()
+            return Job(name, *told, tuple(folders.split()))
     return None
 
 

@@ -22,82 +22,90 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from tests.planted.faults import FAULTS, ROOT, Fault
 
-ROWS = {"fast": [], "nightly": ["-m", ""]}
+ROWS: dict[str, list[str]] = {"fast": [], "nightly": ["-m", ""]}
 OWN = ("tests/planted", "tests/test_weight.py")  # which see every change, for no user's sake
-LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*_cache", "_build", "results", "*.nc", ".venv")
-LIMITS = {"narrow": 900.0, "row": 1800.0}  # seconds
+LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*_cache", "_build", ".venv")
+FOLDER, ROW = 900.0, 1800.0  # seconds
 FIRST = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+Result = dict[str, Any]
 
 
 class Job(NamedTuple):
-    """A file of the checkout with other content, the tests that should see it, and what is told."""
+    """A file of the checkout with other content, and the tests that should see it."""
 
     name: str
+    place: str
+    risk: str
+    old: str
+    new: str
     path: Path
     source: str
     folders: tuple[str, ...]
-    told: Mapping[str, Any]
+
+    @property
+    def told(self) -> Result:
+        """What is kept of it."""
+        return {name: str(getattr(self, name)) for name in self._fields[:6]}
 
 
 def job_of(fault: Fault) -> Job:
     """Return what is to be run for a planted fault."""
-    told = {key: getattr(fault, key) for key in ("place", "risk", "old", "new")}
-    return Job(fault.name, fault.path, fault.source(), (f"tests/{fault.folder}",), told)
+    name, folder, *told = fault
+    return Job(name, *told, fault.path, fault.source(), (folder,))
 
 
 class Copy:
     """A checkout of its own, with compiled code of its own."""
 
     def __init__(self, home: Path, processes: str) -> None:
-        self.root, self._processes = home / "checkout", processes
+        self.root, self._cache, self._processes = home / "checkout", home / "cache", processes
         shutil.copytree(ROOT, self.root, ignore=LEFT_OUT, symlinks=True)
-        self._cache = home / "cache"
         own = {"PYTHONPATH": str(self.root / "src"), "NUMBA_CACHE_DIR": str(self._cache)}
         self._environment = {**os.environ, "MPLBACKEND": "Agg", **own}
 
-    def look(self, job: Job, row: str, narrow: bool) -> dict[str, Any]:
+    def look(self, job: Job, row: str, narrow: bool) -> Result:
         """Return whether a fault is seen, and by what."""
         place, begun = self.root / job.path, time.monotonic()
-        before, kept = place.read_text("utf-8"), set(self._cache.glob("geomint/*"))
+        before, compiled = place.read_bytes(), set(self._cache.glob("geomint/*"))
         place.write_text(job.source, "utf-8")
         try:
-            seen = self._seen(job, self._files(job), ROWS[row], LIMITS["narrow"])
+            seen = self._seen(job, self._files(job), row, FOLDER)
             if seen is None and not narrow:
-                seen = self._seen(job, ["tests"], ROWS[row], LIMITS["row"])
+                seen = self._seen(job, ["tests"], row, ROW)
         finally:
-            place.write_text(before, "utf-8")
-            if "kernels" in job.path.parts:  # compiled code of which nothing else runs
-                for folder in set(self._cache.glob("geomint/*")) - kept:
+            place.write_bytes(before)
+            if "kernels" in job.path.parts:  # compiled code that nothing else runs
+                for folder in set(self._cache.glob("geomint/*")) - compiled:
                     shutil.rmtree(folder, ignore_errors=True)
-        found = {"name": job.name, "row": row, "narrow": narrow, "by": seen, **job.told}
-        return found | {"file": str(job.path), "seconds": round(time.monotonic() - begun)}
+        seconds = round(time.monotonic() - begun)
+        return {**job.told, "row": row, "narrow": narrow, "by": seen, "seconds": seconds}
 
     def _files(self, job: Job) -> list[str]:
         """Return the files of its folders, first those that speak of the same things."""
-        place = str(job.told["place"]).partition(":")[2]
-        words = {w for w in re.split(r"\W|_", f"{job.path.stem}_{place}".lower()) if len(w) > 3}
-        files: dict[str, float] = {}
-        for folder in job.folders:
-            home = self.root / folder
-            for path in sorted(home.rglob("test_*.py")) if home.is_dir() else [home]:
-                text = path.read_text("utf-8").lower()
-                score = sum(min(text.count(w), 9) for w in words) / (2000 + len(text))
-                files[str(path.relative_to(self.root))] = score
-        return sorted(files, key=lambda file: -files[file])
+        words = re.split(r"\W|_", f"{job.path.stem} {job.place.partition(':')[2]}".lower())
 
-    def _seen(
-        self, job: Job, tests: Iterable[str], more: Sequence[str], limit: float
-    ) -> str | None:
+        def alike(path: Path) -> float:
+            text = path.read_text("utf-8").lower()
+            counts = [min(text.count(w), 9) for w in {*words} if len(w) > 3]
+            return sum(counts) / (2000 + len(text))
+
+        homes = [self.root / "tests" / folder for folder in job.folders]
+        found = [
+            p for home in homes for p in ([home] if home.is_file() else home.rglob("test_*.py"))
+        ]
+        return [str(path) for path in sorted(found, key=lambda path: (-alike(path), path))]
+
+    def _seen(self, job: Job, tests: list[str], row: str, limit: float) -> str | None:
         """Return the first test that fails, or None if all pass."""
-        ignored = [f"--ignore={path}" for path in OWN]
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-n", self._processes, *ignored, *more]
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-n", self._processes, *ROWS[row]]
+        options += [f"--ignore={path}" for path in OWN]
         code, said = self._run(["-m", "pytest", *options, *tests], limit)
         first = FIRST.search(said)
         if code == 0:
@@ -105,15 +113,13 @@ class Copy:
         if code is None:
             return f"hangs: still running after {limit:g} s"
         if code < 0:
-            return f"{signal.Signals(-code).name}"
+            return signal.Signals(-code).name
         if code == 1 or (code == 2 and first):
             return first[1] if first else "?"
-        module = str(job.told["place"]).partition(":")[0]
-        if self._run(["-c", f"import geomint, {module}"], limit)[0]:  # as `conftest.py` does
+        needed = f"import geomint, {job.place.partition(':')[0]}"
+        if self._run(["-c", needed], limit)[0]:  # by a `conftest.py` too
             return "cannot be imported"
-        raise RuntimeError(
-            f"pytest ended with {code}, which is no failure of a test:\n{said[-3000:]}"
-        )
+        raise RuntimeError(f"pytest ended with {code}, not by a test that fails:\n{said[-3000:]}")
 
     def _run(self, arguments: Sequence[str], limit: float) -> tuple[int | None, str]:
         """Return the exit code, None after `limit` seconds, and the output."""
@@ -123,31 +129,30 @@ class Copy:
         )  # fmt: skip
         try:
             said, _ = process.communicate(timeout=limit)
+            return process.returncode, said
         except subprocess.TimeoutExpired:
             return None, ""
-        else:
-            return process.returncode, said
         finally:  # with all that it has started
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
 
 
-def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[dict[str, Any]]:
+def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[Result]:
     """Run what is not yet known, tell and keep what is found, and return all of it."""
-    out: Path = given.out
-    known = {r["name"]: r for r in (json.loads(out.read_text("utf-8")) if out.exists() else [])}
+    known: dict[str, Result] = {}
+    with contextlib.suppress(FileNotFoundError):
+        known = {r["name"]: r for r in json.loads(given.out.read_text("utf-8"))}
     mode = {"row": given.row, "narrow": given.narrow}
-    own = {
-        job.name: known[job.name]
+    left = [
+        job
         for job in jobs
-        if job.name in known
-        and job.name not in getattr(given, "names", ())
-        and all(known[job.name][key] == value for key, value in (job.told | mode).items())
-    }
+        if job.name in given.names
+        or not (job.told | mode).items() <= known.get(job.name, {}).items()
+    ]
     copies: queue.SimpleQueue[Copy] = queue.SimpleQueue()
 
-    def found(job: Job) -> dict[str, Any]:
+    def look(job: Job) -> Result:
         copy = copies.get()
         try:
             return copy.look(job, **mode)
@@ -157,15 +162,14 @@ def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[dict[str, Any]]:
     pool = ThreadPoolExecutor(given.workers)
     with tempfile.TemporaryDirectory(prefix="planted-") as home, contextlib.ExitStack() as ends:
         ends.callback(pool.shutdown, cancel_futures=True)
-        for k in range(given.workers):
+        for k in range(given.workers if left else 0):
             copies.put(Copy(Path(home, str(k)), given.processes))
-        for result in pool.map(found, [job for job in jobs if job.name not in own]):
-            own[result["name"]] = known[result["name"]] = result
-            out.write_text(json.dumps([*known.values()], indent=1, ensure_ascii=False), "utf-8")
-            print(
-                f"{result['name']:30}{result['seconds']:5} s  {result['by'] or 'SLIPS'}", flush=True
-            )
-    return [own[job.name] for job in jobs]
+        for future in as_completed([pool.submit(look, job) for job in left]):
+            r = future.result()
+            known[r["name"]] = r
+            given.out.write_text(json.dumps([*known.values()], indent=1), "utf-8")
+            print(f"{r['name']:30}{r['seconds']:5} s  {r['by'] or 'SLIPS'}", flush=True)
+    return [known[job.name] for job in jobs]
 
 
 def wilson(seen: int, count: int) -> tuple[float, float]:
@@ -178,12 +182,12 @@ def wilson(seen: int, count: int) -> tuple[float, float]:
 
 def summary(results: Sequence[Mapping[str, Any]]) -> str:
     """Return the share that is seen, and what slips."""
-    slipped = [r for r in results if r["by"] is None]
-    seen, count = len(results) - len(slipped), len(results)
+    count, slipped = len(results), [r for r in results if r["by"] is None]
+    seen = count - len(slipped)
     low, high = wilson(seen, count)
     lines = [f"seen: {seen} of {count}, {seen / count:.1%} (95 %: {low:.1%} to {high:.1%})"]
     for r in slipped:
-        lines += [f"slips: {r['name']}: {r['risk']}", f"  {r['file']}, {r['place']}"]
+        lines += [f"slips: {r['name']}: {r['risk']}", f"  {r['path']}, {r['place']}"]
         lines += [f"  - {r['old']}", f"  + {r['new']}"]
     return "\n".join(lines)
 
@@ -191,23 +195,21 @@ def summary(results: Sequence[Mapping[str, Any]]) -> str:
 def options(out: str) -> argparse.ArgumentParser:
     """Return what both commands take."""
     parser = argparse.ArgumentParser()
+    parser.add_argument("names", nargs="*", metavar="NAMES")
     parser.add_argument("--row", choices=ROWS, default="fast")
     parser.add_argument("--narrow", action="store_true", help="only the folders that should see it")
     parser.add_argument("--workers", type=int, default=1, help="copies of the checkout at once")
-    parser.add_argument("--processes", default="0", help="of each row, `-n` of pytest")
+    parser.add_argument("--processes", default="0", help="of each row: `-n` of pytest")
     parser.add_argument("--out", type=Path, default=Path(out))
     return parser
 
 
 def tell(jobs: Sequence[Job], given: argparse.Namespace) -> None:
-    """Run all; end with code 1 if something slips."""
-    results = run(jobs, given)
+    """Run those that are named, or all; end with code 1 if something slips."""
+    results = run([job for job in jobs if job.name in (given.names or {job.name})], given)
     print(summary(results))
     sys.exit(any(r["by"] is None for r in results))
 
 
 if __name__ == "__main__":
-    parser = options("planted.json")
-    parser.add_argument("names", nargs="*", metavar="NAMES")
-    given = parser.parse_args()
-    tell([job_of(FAULTS[name]) for name in given.names or FAULTS], given)
+    tell([*map(job_of, FAULTS.values())], options("planted.json").parse_args())

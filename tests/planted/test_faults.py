@@ -27,14 +27,14 @@ def test_mutants_are_code_and_the_same_for_a_seed() -> None:
     few = [*drawn(2, 9, "src/geomint/kernels/solve")]
     assert few == [*drawn(2, 9, "src/geomint/kernels/solve")]
     mutants = [*few, *drawn(1, 60)]
-    assert {m.told["risk"] for m in mutants} == {
+    assert {m.risk for m in mutants} == {
         "sign", "comparison", "index", "dropped call", "swapped", "constant"
     }  # fmt: skip
     for mutant in mutants:
         before = (ROOT / mutant.path).read_text("utf-8")
         assert ast.dump(ast.parse(mutant.source)) != ast.dump(ast.parse(before))
-        assert mutant.told["old"] != mutant.told["new"]
-        assert all((ROOT / folder).exists() for folder in mutant.folders)
+        assert mutant.old != mutant.new
+        assert all((ROOT / "tests" / folder).exists() for folder in mutant.folders)
 
 
 @pytest.mark.parametrize(("seen", "count"), [(0, 7), (3, 10), (95, 100), (60, 60)])
@@ -45,7 +45,7 @@ def test_interval_has_the_shares_that_the_test_of_the_score_keeps(seen: int, cou
 
 
 def test_summary_tells_the_share_and_what_slips() -> None:
-    told = dict.fromkeys(("risk", "file", "place", "old", "new"), "x")
+    told = dict.fromkeys(("risk", "path", "place", "old", "new"), "x")
     found = summary([{"name": "one", "by": "a test", **told}, {"name": "two", "by": None, **told}])
     assert "1 of 2, 50.0% (95 %: 9.5% to 90.5%)" in found
     assert "slips: two" in found
