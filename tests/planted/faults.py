@@ -164,7 +164,7 @@ exponents-doubled methods geomint.kernels.tangent.exponents:growth
 derivative-without-force methods geomint.problems.evaluate:_hamiltonian_rates.hamiltonian_rates
   The derivative of a constrained motion has the constraint force with the wrong sign.
   rates[n:] -= motion.push( → rates[n:] += motion.push(
-jacobian-transposed test_derivatives.py geomint.problems.derivatives:jacobian
+jacobian-transposed declaring/test_derivatives.py geomint.problems.derivatives:jacobian
   Jacobians are transposed.
   return slopes_of(problem, problem.field, state, now, problem.rows, by)
   → return slopes_of(problem, problem.field, state, now, problem.rows, by).T
@@ -205,47 +205,47 @@ frequency-of-samples test_frequencies.py geomint.watch.frequencies:frequencies
 chaos-too-early test_birkhoff.py geomint.watch.birkhoff:Average.verdict
   A regular motion that was watched too briefly is called chaotic.
   few = self.samples < ENOUGH or self.gained >= GAIN or not self.returning → few = False
-short-step-lost methods geomint.run.solve:_integrate
+short-step-lost run geomint.run.solve:_integrate
   A run ends before its end, where that is no whole number of steps.
   if timeline.remainder != 0.0 and not recorder.stopped:
   → if timeline.remainder > 1.0 and not recorder.stopped:
-lost-energy-untold methods geomint.run.solve:solve
+lost-energy-untold run geomint.run.solve:solve
   A default run that has lost its energy says nothing.
   tell_lost_integrals(solution, begun, own, False, compiled) → pass
-steps-kept methods geomint.run.promise:Setting.kept
+steps-kept run geomint.run.promise:Setting.kept
   Steps that err more than is promised are kept.
   return error is None or self._part(found, error) <= 1.0 → return True
-second-run-too-short methods geomint.run.second:Second._over
+second-run-too-short run geomint.run.second:Second._over
   The run that checks the error ends at another time.
   if abs(rest) > rounding(end): → if abs(rest) > abs(h):
-estimate-too-small methods geomint.run.error_estimate:finer
+estimate-too-small run geomint.run.error_estimate:finer
   Error estimates of methods of low order are up to half of the error.
   1.0 / (1.0 - 0.5**method.order) → 1.0
-end-unobserved methods geomint.run.recorder:Recorder.consume
+end-unobserved run geomint.run.recorder:Recorder.consume
   The last state is not observed, unless it is one of every so many.
   | (times == self._timeline.own_end) → | (times == np.inf)
-event-told-twice methods geomint.run.crossings:Crossings._has_been_told
+event-told-twice run geomint.run.crossings:Crossings._has_been_told
   A run that goes on after an event meets the same event again.
   return (ahead < -near) | (again & (ahead <= near)) → return ahead < -near
-reset-keeps-clock methods geomint.run.integrator:Integrator.reset
+reset-keeps-clock run geomint.run.integrator:Integrator.reset
   After a reset physical time goes on from where it was.
   self._set_clock(0.0) → pass
-section-momentum methods geomint.run.plane:SpherePlane.states
+section-momentum run geomint.run.plane:SpherePlane.states
   States made of points of a section are other ones than the points are of.
   (y / self._radius)[:, None] * along → y[:, None] * along
-direct-derivative methods geomint.run.sensitivities:sensitivities
+direct-derivative run geomint.run.sensitivities:sensitivities
   Sensitivities of quantities leave out how they depend on parameters themselves.
   by_y @ by_parameters + direct → by_y @ by_parameters
-exponents-cut methods geomint.run.lyapunov:lyapunov
+exponents-cut run geomint.run.lyapunov:lyapunov
   Exponents leave the last piece of the run out, and divide by its time.
   growing.cut(rest) → pass
 draws-biased ensemble geomint.run.chains:Chains._points
   Draws on a level do not have the invariant measure.
   density = density - np.log(pivots).sum(axis=1) → density = density - 0.0
-error-growth methods geomint.run.accuracy.stretch:extrapolated
+error-growth run geomint.run.accuracy.stretch:extrapolated
   Tolerances are missed where errors grow faster than time.
   if symmetric or len(t) < 4 or end <= times[-1]: → if len(t) > 0:
-root-between-pieces methods geomint.run.exact.roots:Roots._told
+root-between-pieces run geomint.run.exact.roots:Roots._told
   Events of exact motions are missed where two pieces of the search meet.
   self._sign, self._until = float(last[-1]), float(parts.high[-1])
   → self._sign, self._until = 0.0, float(parts.high[-1])
