@@ -34,7 +34,6 @@ from typing import Any, NamedTuple
 
 import platformdirs
 
-import geomint as gi
 from machine import describe
 
 BEFORE = "16dabd600b4aba2abf1bce0d5a49bb5255f76a8e"  # before-redesign
@@ -252,83 +251,76 @@ def local(what: str) -> Found:
     return Found(far[worst], f"{worst}: {found['medians'][worst]:.3g}")
 
 
-def elementary() -> Found:
-    """Return the largest error of an elementary function, in units in the last place."""
-    errors = {k: row["largest_error"] for k, row in results("elementary.py")["rows"].items()}
-    return Found(max(errors.values()), ", ".join(f"{k} {v:.2f}" for k, v in errors.items()))
+# --- tests ----------------------------------------------------------------------------------------
 
 
-def multiple_roots() -> Found:
-    """Return by how much events of h, h³, h⁵ and h⁹ of a falling body are misplaced, in seconds."""
+class Took(NamedTuple):
+    """What a run of the tests took."""
 
-    def power(k: int) -> Any:
-        @gi.event
-        def event(params, t, y, work):  # type: ignore[no-untyped-def]
-            value = y[0]
-            for _ in range(k - 1):
-                value = value * y[0]
-            return value
-
-        return event
-
-    @gi.field
-    def fall(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        out[0] = y[1]
-        out[1] = -9.8 + 0.0 * y[1]
-
-    body = gi.Problem("fall", pieces=(("h", 1), ("v", 1)), field=fall)
-    events, off = {str(k): power(k) for k in (1, 3, 5, 9)}, {}
-    for method in ("gauss-8", "rk-4", "dop853-adaptive"):
-        sol = gi.solve(body, [50.0, 0.0], t_end=5.0, method=method, events=events)
-        off[method] = max(abs(met.t[0] - (100 / 9.8) ** 0.5) for met in sol.events.values())
-    return Found(max(off.values()), ", ".join(f"{k} {v:.1e}" for k, v in off.items()))
-
-
-def long_steps_checked() -> Found:
-    """Return the seconds of the slowest `geomint check` of a step that is far too long."""
-    seconds = {}
-    for scene in ("ball-3d", "hamiltonized-n5", "ball-on-group-n4", "veselova-stiefel-n4"):
-        for method in ("gauss-1", "gauss-16"):
-            command = ["check", scene, "--method", method, "--step", "1e6"]
-            begun = time.perf_counter()
-            subprocess.run([sys.executable, "-m", "geomint", *command], capture_output=True)
-            seconds[f"{scene} by {method}"] = time.perf_counter() - begun
-    worst = max(seconds, key=lambda name: seconds[name])
-    return Found(seconds[worst], worst)
+    processor: float  # seconds
+    minutes: float
 
 
 @functools.cache
-def fuzzed() -> dict[str, Any]:
-    """Return what hostile commands, calls and saved runs ended with."""
-    counts = dict.fromkeys(("calls", "commands", "files"), 10000)
-    counts |= dict.fromkeys(("scenes", "runs", "compiled-runs"), 0)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "fuzz.json"
-        given = [word for kind, count in counts.items() for word in (f"--{kind}", str(count))]
-        command = [sys.executable, str(Path(__file__).with_name("fuzz.py")), *given]
-        known = environment(ROOT, CACHE / "fuzz")
-        subprocess.run([*command, "--seed", SEEDS[0], "--out", str(path)], env=known)
-        found: dict[str, Any] = json.loads(path.read_text("utf-8"))["kinds"]
-    return found
+def fast_row(checkout: Path) -> list[Took]:
+    """Return what the fast row of a checkout takes, with an empty cache of compiled code and again."""
+    environment = runpy.run_path(str(ROOT / "tests" / "kept" / "compare.py"))["environment"]
+    with tempfile.TemporaryDirectory() as home:
+        given = environment(checkout, Path(home, "packages"), Path(home, "cache"), 0)
+        return [_took(["pytest", "-q"], checkout, given) for _ in range(1 + (checkout == ROOT))]
 
 
-def hostile(kind: str) -> Found:
-    """Return how many hostile cases of a kind ended as none may."""
-    found = fuzzed()[kind]
-    note = ", ".join(f"{count} {name}" for name, count in found["counts"].items())
-    return Found(len(found["bad"]), f"{note}; seed {SEEDS[0]}")
+def _took(command: list[str], folder: Path, given: dict[str, str]) -> Took:
+    used, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    subprocess.run(command, env=given, cwd=folder, check=True, capture_output=True)
+    minutes, after = (time.monotonic() - begun) / 60, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return Took(after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime, minutes)
+
+
+def suite_seconds() -> Found:
+    """Return the processor seconds of the fast row, new over old."""
+    old, new = (fast_row(checkout)[0].processor for checkout in (before(), ROOT))
+    return Found(new / old, f"{old:.0f} to {new:.0f} s")
+
+
+def suite_minutes(warm: int) -> Found:
+    """Return the minutes of the fast row."""
+    return Found(fast_row(ROOT)[warm].minutes)
+
+
+def whole_check() -> Found:
+    """Return the minutes of `.ci/run` in a fresh clone."""
+    with tempfile.TemporaryDirectory() as home:
+        subprocess.run(["git", "clone", "-q", str(ROOT), home], check=True)
+        return Found(_took([".ci/run"], Path(home), dict(os.environ)).minutes)
+
+
+def slips(kind: str, row: str) -> Found:
+    """Return the share of faults that the tests did not see, when they were last put in."""
+    found = json.loads((ROOT / "benchmarks" / "results" / f"{kind}.json").read_text("utf-8"))
+    some = [r for r in found if r["row"] == row]
+    slipped = [r["name"] for r in some if r["by"] is None]
+    note = f"{len(slipped)} of {len(some)}"
+    return Found(len(slipped) / len(some), note)
+
+
+def inner_modules() -> Found:
+    """Return how many modules that are not public the tests import."""
+    sys.path.insert(0, str(ROOT))
+    from tests.test_inside import seen
+
+    return Found(len({module for names in seen().values() for module, _ in names}))
+
+
+def test_lines() -> Found:
+    """Return the code lines of the tests, without the audit and the test problems."""
+    weigh = runpy.run_path(str(ROOT / ".ci" / "weight.py"))["weigh"]
+    paths = [p.relative_to(ROOT / "tests") for p in (ROOT / "tests").rglob("*.py")]
+    own = [p for p in paths if p.parts[0] not in ("paper", "problems")]
+    return Found(sum(weigh((ROOT / "tests" / p).read_text("utf-8"))[0] for p in own))
 
 
 FLOORS: dict[str, dict[str, Floor]] = {
-    "ground": {
-        "solve": Floor(0.5, lambda: call("solve")),
-        "observe": Floor(0.5, lambda: call("observe")),
-        "tolerance": Floor(0.7, lambda: call("tolerance")),
-        "cold-drift": Floor(1.0, cold_drift),
-        "lines": Floor(45_100, lambda: weight("src", "lines")),
-        "tokens": Floor(452_000, lambda: weight("src", "tokens")),
-        "kept": Floor(0, kept_runs),
-    },
     "watched": {
         "silent": Floor(0.001, lambda: trapped("silent")),
         "warned": Floor(0.02, lambda: trapped("warned")),
@@ -345,24 +337,17 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "tokens": Floor(451_955, lambda: weight("src", "tokens")),
         "kept": Floor(0, kept_runs),
     },
-    "small": {
-        "elementary": Floor(1.0, elementary),
-        "roots": Floor(1e-13, multiple_roots),
-        "check": Floor(2.0, long_steps_checked),
-        "lines": Floor(44_501, lambda: weight("src", "lines")),
-        "tokens": Floor(451_295, lambda: weight("src", "tokens")),
-        "kept": Floor(0, kept_runs),
-    },
-    "files": {
-        "commands": Floor(0, lambda: hostile("commands")),
-        "calls": Floor(0, lambda: hostile("calls")),
-        "saved-runs": Floor(0, lambda: hostile("files")),
-        "lines": Floor(44_104, lambda: weight("src", "lines")),
-        "tokens": Floor(451_292, lambda: weight("src", "tokens")),
-        "kept": Floor(0, kept_runs),
-    },
-    "door": {
-        "words": Floor(900, lambda: Found(len((ROOT / "README.md").read_text("utf-8").split()))),
+    "net": {
+        "seconds": Floor(1 / 3, suite_seconds),
+        "cold": Floor(4.0, lambda: suite_minutes(0)),
+        "warm": Floor(2.0, lambda: suite_minutes(1)),
+        "check": Floor(12.0, whole_check),
+        "planted": Floor(0.05, lambda: slips("planted", "fast")),
+        "planted-nightly": Floor(0.0, lambda: slips("planted", "nightly")),
+        "drawn": Floor(0.2, lambda: slips("drawn", "fast")),
+        "drawn-nightly": Floor(0.1, lambda: slips("drawn", "nightly")),
+        "modules": Floor(60, inner_modules),
+        "lines": Floor(32_000, test_lines),
     },
     "calls": {
         "solve": Floor(0.2, lambda: call("solve")),

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
-from tests.rows import FEW, MANY
+from tests.rows import FEW, MANY, Ledger
 
 # The same examples in every run; HYPOTHESIS_PROFILE=explore looks for new ones.
 SAME = {"derandomize": True, "deadline": None, "database": None}
@@ -25,12 +25,18 @@ settings.register_profile("explore", deadline=None, max_examples=1000)
 
 
 def at_night(config: pytest.Config) -> bool:
-    """Tell whether `pytest -m nightly` was called."""
-    return config.option.markexpr == "nightly"
+    """Tell whether `pytest -m nightly` was called, or ``-m ""``, which is all."""
+    return config.option.markexpr in ("nightly", "")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the ledger be written."""
+    parser.addoption("--ledger", action="store_true", help="write tests/ledger.toml anew")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take few examples of a property, at night many."""
+    """Take few examples of a property, at night many; keep the ledger of compilations."""
+    config.pluginmanager.register(Ledger(config), "ledger")
     row = "nightly" if at_night(config) else "fast"
     settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", row))
 
