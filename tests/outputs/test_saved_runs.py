@@ -21,7 +21,6 @@ from scipy.io import netcdf_file
 
 import geomint as gi
 from geomint.cli import main
-from geomint.run.storage import save_solution
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
@@ -72,14 +71,24 @@ def test_whatever_byte_is_altered(content, tmp_path):
         refused(tmp_path / "run.nc", bytes(damaged))
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_other_damages(content, tmp_path, seed):
-    draw = random.Random(seed)
-    at = draw.randrange(len(content))
-    refused(tmp_path / "run.nc", content[:at])
-    refused(tmp_path / "run.nc", content + content[:at] + b"\0")
-    refused(tmp_path / "run.nc", content[:at] + bytes(len(content) - at + 1))
-    refused(tmp_path / "run.nc", content[at:] + content[:at] if at else b"")
+def test_other_damages_and_other_files(content, tmp_path):
+    draw, path = random.Random(0), tmp_path / "run.nc"
+    for at in (draw.randrange(len(content)) for _ in range(20)):
+        refused(path, content[:at])
+        refused(path, content + content[:at] + b"\0")
+        refused(path, content[:at] + bytes(len(content) - at + 1))
+        refused(path, content[at:] + content[:at] if at else b"")
+    for other in (b"", b"CDF", b"not a netcdf file at all", b"\x89HDF\r\n"):
+        refused(path, other)
+    for told, said in (("weather", "no run of geomint"), ("geomint-run-1", "run it again")):
+        with netcdf_file(path, "w") as file:
+            file.checksum, file.format = "0" * 64, told
+            if told == "weather":
+                del file._attributes["format"]
+        with pytest.raises(gi.GeomintError, match=said):
+            gi.load(path)
+    with pytest.raises(FileNotFoundError):
+        gi.load(tmp_path / "nothing.nc")
 
 
 def sealed(content):
@@ -453,37 +462,42 @@ def test_what_is_no_file(tmp_path):
             gi.load(place)
 
 
-@pytest.mark.parametrize("name", ["geomint-run-1", "geomint-run-2", "geomint-run-4"])
-def test_of_another_format(tmp_path, name):
-    path = tmp_path / "run.nc"
-    with netcdf_file(path, "w") as file:
-        file.checksum = "0" * 64
-        file.format = name
-    with pytest.raises(gi.GeomintError, match=f"{name}.*run it again"):
-        gi.load(path)
-
-
 @pytest.mark.parametrize("status", ["interrupted", "failed", "not finite"])
 def test_every_reader_sees_how_the_run_ended(solution, tmp_path, status):
-    from dataclasses import replace
-
     path = tmp_path / "run.nc"
-    save_solution(replace(solution, status=status, message="at τ = 3: ∞"), path)
+    dataclasses.replace(solution, status=status, message="at τ = 3: ∞").save(path)
     saved = gi.load(path)
     assert (saved.status, saved.success, saved.message) == (status, False, "at τ = 3: ∞")
     assert status in repr(saved)
     assert saved.plot_drift().get_suptitle() == f"run {status}"
-    with netcdf_file(path, mmap=False) as file:
-        assert file.status.decode() == status
-        assert file.message.decode() == "at τ = 3: ∞"
+    with netcdf_file(path, mmap=False) as file:  # as any reader of NetCDF does
+        assert (file.status.decode(), file.message.decode()) == (status, "at τ = 3: ∞")
+        assert json.loads(file.provenance)["versions"]["geomint"] == gi.__version__
+        assert (file.version_byte, file.variables["energy_mean"].units) == (2, b"1")
 
 
-def test_as_saved_is_what_load_gives(solution, content, tmp_path):
+def test_what_is_saved_is_what_is_loaded(solution, content, tmp_path):
+    """Of a run as it is, of one step with nothing watched, and of one that ends in τ."""
     path = tmp_path / "run.nc"
     path.write_bytes(content)
     loaded, told = gi.load(path), solution.as_saved()
     assert told == loaded == solution
     assert repr(told) == repr(loaded) == repr(solution)
+    for name, drift in solution.drift.items():
+        again = loaded.drift[name]
+        assert again.as_json() == drift.as_json()
+        for kind in ("length", "times", "means", "maxima"):
+            found, right = (getattr(one.windows, kind) for one in (again, drift))
+            np.testing.assert_array_equal(found, right)
+    assert (loaded.provenance["method"], loaded.provenance["steps"]) == ("gauss-8", solution.steps)
+    one = {"observe": {"quantities": []}, "time": {"t_end": 0.1}, "integrate": {"step": 0.1}}
+    gi.run_scene(gi.load_scene("sphere-n3").changed(**one), progress=False).save(path)
+    assert (gi.load(path).drift, gi.load(path).y.shape) == ({}, (1, 6))
+    scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 2.0})
+    gi.make_plan(scene, "drift").solve(progress=False).save(path)
+    assert gi.load(path).physical is None
+    with netcdf_file(path, mmap=False) as file:
+        assert file.variables["gamma"].dimensions == ("tau", "k")
 
 
 def test_the_ending_of_a_name_tells_the_format(solution, content, tmp_path):

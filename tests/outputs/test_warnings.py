@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import dataclasses
 import json
 import pickle
 import warnings
@@ -17,12 +15,8 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.compare.runs import compare
-from geomint.plan import plan_chaos, plan_scan, plan_section
 from geomint.problems.testproblems import henon_heiles, neumann
-from geomint.report.chaos_page import write_chaos_report
 from geomint.report.compare_page import write_compare_report
-from geomint.report.scan_page import write_scan_report
-from geomint.report.section_page import write_section_report
 from geomint.report.summary import print_runs
 from geomint.run.provenance import run_record
 
@@ -229,43 +223,25 @@ def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert "warnings: 1 StepWarning" in printed
 
 
-def test_scans_have_a_column(tmp_path: Path) -> None:
-    plan = plan_scan(gi.Scene(**SCENE), vary={"initial.v[1]": [0.5, 1.0]}, show=["drift:energy"])
-    many, told = plan.run(progress=False), gi.StepWarning("too long", "energy", 0.5, 3.0)
-    many.found.warnings[1] = (told,)
-    write_scan_report(plan, many, tmp_path)
-    with (tmp_path / "scan.csv").open() as stream:
-        assert [row["warnings"] for row in csv.DictReader(stream)] == ["", "StepWarning"]
-    record = json.loads((tmp_path / "scan.json").read_text("utf-8"))
-    (of_json,) = record["warnings"]
-    assert (record["warned"], of_json["member"], of_json["initial.v[1]"]) == (1, 1, 1.0)
-    assert {**of_json, **told.as_json()} == of_json
-    assert "initial.v[1] = 1: too long" in (tmp_path / "scan.html").read_text("utf-8")
-
-
 def test_sections_and_exponents_carry_them(tmp_path: Path) -> None:
+    quiet: dict[str, Any] = {"step": 0.1, "progress": False}
     with pytest.warns(gi.StateWarning):
-        section = gi.poincare_section(NEUMANN, OFF, "q[2]", 2, step=0.1, progress=False)
+        section = gi.poincare_section(NEUMANN, OFF, "q[2]", 2, **quiet)
     with pytest.warns(gi.StateWarning):
-        found = gi.lyapunov(NEUMANN, OFF, t_end=1.0, step=0.1)
+        found = gi.lyapunov(NEUMANN, OFF, t_end=1.0, **quiet)
     assert [w.kind for w in (*section.warnings, *found.warnings)] == 2 * ["StateWarning"]
-    told, scene = gi.StepWarning("too long", "state", 0.5, 3.0), gi.Scene(**SCENE)
-    lossy: dict[str, Any] = {"method": "rk-4", "step": 0.9, "progress": False}
+    scene, quiet = gi.Scene(**SCENE), {"progress": False}
     with pytest.warns(gi.StepWarning, match="energy"):
-        again = gi.poincare_section(scene.problem, scene.state, "q[2]", 40, **lossy)
+        section = gi.section_report(scene, tmp_path, event="q[2]", points=40, **quiet)
     with pytest.warns(gi.StepWarning, match="energy"):
-        parted = gi.lyapunov(scene.problem, scene.state, t_end=100.0, **lossy)
-    assert {w.quantity for w in (*again.warnings, *parted.warnings)} == {"energy"}
-    section, found = (dataclasses.replace(x, warnings=(told,)) for x in (section, found))
-    write_chaos_report(plan_chaos(scene), found, tmp_path)
-    write_section_report(plan_section(scene, event="q[2]", points=2), section, tmp_path)
-    for name in ("chaos", "section"):
-        assert json.loads((tmp_path / f"{name}.json").read_text("utf-8"))["warnings"] == [
-            told.as_json()
-        ]
-        assert "<strong>StepWarning.</strong> too long." in (tmp_path / f"{name}.html").read_text(
-            "utf-8"
-        )
+        found = gi.chaos_report(scene.changed(time={"t_end": 100.0}), tmp_path, **quiet)
+    for name, one in (("section", section), ("chaos", found)):
+        (told,) = one.warnings
+        assert told.quantity == "energy"
+        record = json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
+        assert record["warnings"] == [told.as_json()]
+        page = (tmp_path / f"{name}.html").read_text("utf-8")
+        assert f"<strong>StepWarning.</strong> {told.text[:20]}" in page
 
 
 def test_comparisons_carry_them(tmp_path: Path) -> None:

@@ -31,19 +31,13 @@ def leftovers(folder):
 
 
 def test_a_new_and_an_old_file(tmp_path):
-    path = tmp_path / "run.nc"
+    """Neighbours stay: a user's own file may have any name."""
+    mine = ("run.nc.part", ".geomint-0", "run.nc~")
+    for name in mine:
+        (tmp_path / name).write_text("mine", encoding="utf-8")
     for text in ("first", "second"):
-        write(path, text)
-        assert path.read_text(encoding="utf-8") == text
-    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
-
-
-@pytest.mark.parametrize("name", ["run.nc.part", ".geomint-0", "run.nc~"])
-def test_neighbours_stay(tmp_path, name):
-    """A user's own file may have any name."""
-    (tmp_path / name).write_text("mine", encoding="utf-8")
-    write(tmp_path / "run.nc")
-    assert (tmp_path / name).read_text(encoding="utf-8") == "mine"
+        write(tmp_path / "run.nc", text)
+        assert contents(tmp_path) == {"run.nc": text, **dict.fromkeys(mine, "mine")}
 
 
 @posix
@@ -104,22 +98,17 @@ def test_a_file_that_may_not_be_written(tmp_path):
         write(path)
 
 
-@pytest.mark.parametrize(
-    "path", ["missing/run.nc", "file/run.nc", "nul\0l", "x" * 300, "\ud800", "y" * 10_000]
-)
-def test_places_that_are_none(tmp_path, monkeypatch, path):
+def test_places_that_are_none(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("file").write_text("", encoding="utf-8")
-    with pytest.raises(gi.OutputError, match="cannot be written") as caught:
-        write(path)
-    assert len(str(caught.value)) < 500
-
-
-@pytest.mark.parametrize("path", [None, 3, b"run.nc", ["run.nc"]])
-def test_what_is_no_path(path):
-    for call in (gi.check_file, gi.check_folder, gi.load, write):
-        with pytest.raises(gi.DomainError, match="path"):
-            call(path)
+    for path in ("missing/run.nc", "file/run.nc", "nul\0l", "x" * 300, "\ud800", "y" * 10_000):
+        with pytest.raises(gi.OutputError, match="cannot be written") as caught:
+            write(path)
+        assert len(str(caught.value)) < 500
+    for path in (None, 3, b"run.nc", ["run.nc"]):
+        for call in (gi.check_file, gi.check_folder, gi.load, write):
+            with pytest.raises(gi.DomainError, match="path"):
+                call(path)
 
 
 @posix
@@ -149,7 +138,8 @@ def test_what_is_read_is_not_written_over(tmp_path, way):
     write(tmp_path / "third")
 
 
-def test_an_error_while_writing_leaves_the_old_file(tmp_path):
+def test_an_error_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
+    """Of the writer, of who presses Ctrl-C, or of a full disk, which is typed."""
     path = tmp_path / "run.nc"
     write(path, "old")
 
@@ -158,34 +148,28 @@ def test_an_error_while_writing_leaves_the_old_file(tmp_path):
             unfinished.write_text("half", encoding="utf-8")
             raise failure
 
-    for failure in (
-        ValueError("of the writer"),
-        KeyboardInterrupt(),
-        OSError(errno.ENOSPC, "full"),
-    ):
-        with pytest.raises((ValueError, KeyboardInterrupt, gi.OutputError)):
-            write_half(failure)
-        assert path.read_text(encoding="utf-8") == "old"
-    assert leftovers(tmp_path) == []
+    def write_interrupted():
+        with gi.whole_file(path):
+            try:
+                raise KeyboardInterrupt
+            finally:  # a file that Ctrl-C leaves closed is no error of the disk
+                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
 
-
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT])
-def test_a_full_disk_is_typed(tmp_path, monkeypatch, number):
-    def fail(*_):
-        raise OSError(number, os.strerror(number))
-
-    path = tmp_path / "run.nc"
-    write(path, "old")
-    monkeypatch.setattr(outputs.os, "fsync", fail)
-    with pytest.raises(gi.OutputError) as caught:
-        write(path)
-    assert caught.value.errno == number
-    assert path.read_text(encoding="utf-8") == "old"
-    with pytest.raises(gi.OutputError):
-        gi.check_file(path)
-    with pytest.raises(gi.OutputError):
-        gi.check_folder(tmp_path)
-    assert leftovers(tmp_path) == []
+    with pytest.raises(ValueError, match="of the writer"):
+        write_half(ValueError("of the writer"))
+    for call in (lambda: write_half(KeyboardInterrupt()), write_interrupted):
+        with pytest.raises(KeyboardInterrupt):
+            call()
+    for number in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
+        full = OSError(number, os.strerror(number))
+        monkeypatch.setattr(outputs.os, "fsync", lambda *_, full=full: (_ for _ in ()).throw(full))
+        for call in (lambda: write(path), lambda: gi.check_file(path)):
+            with pytest.raises(gi.OutputError) as caught:
+                call()
+            assert caught.value.errno == number
+        with pytest.raises(gi.OutputError):
+            gi.check_folder(tmp_path)
+    assert contents(tmp_path) == {"run.nc": "old"}
 
 
 NAMES = ("a.json", "b.png", "c.html")
@@ -230,8 +214,10 @@ def test_or_not_at_all(tmp_path, monkeypatch, failing):
 def test_a_folder_in_the_place_of_a_file(tmp_path):
     write_report(tmp_path, "old", NAMES[:2])
     (tmp_path / NAMES[2]).mkdir()
-    with pytest.raises(gi.OutputError, match="a folder"):
-        write_report(tmp_path, "new")
+    gi.check_folder(tmp_path)
+    for call in (lambda: write_report(tmp_path, "new"), lambda: gi.check_folder(tmp_path, NAMES)):
+        with pytest.raises(gi.OutputError, match=r"c\.html.*a folder.*expected a file"):
+            call()
     assert (tmp_path / NAMES[0]).read_text(encoding="utf-8") == "old"
 
 
@@ -332,41 +318,29 @@ def test_nothing_stays_of_a_report_that_was_there(tmp_path):
     assert contents(tmp_path)[NAMES[1]] == "new"
 
 
-@pytest.mark.parametrize(
-    "mine",
-    [
-        "no report",
-        "changed",
-        "noted",
-        "beside",
-        "without files",
-        "not of geomint",
-        "broken",
-        "deep",
-    ],
-)
+VERSION = '{"provenance": {"versions": {"geomint": "0.1"}}'
+OF_NO_REPORT = {  # what stands in the JSON, in the other file, and whether a report was made before
+    "no report": (None, "mine", False),
+    "changed": (None, "mine", True),
+    "noted in its JSON": ("0.1, mine", None, True),
+    "of a report that has no such file": (VERSION + ', "files": {}}', "mine", False),
+    "without files": (VERSION + "}", None, False),
+    "not of geomint": ('{"a": 1}', None, False),
+    "broken": ('{"provenance', None, False),
+    "deep": ("[" * 10**5, None, False),
+}
+
+
+@pytest.mark.parametrize("mine", OF_NO_REPORT)
 def test_a_file_that_is_of_no_report_is_not_lost(tmp_path, mine):
     """Nor one that the user has changed; whether it would be written anew or only removed."""
-    if mine in ("no report", "beside"):
-        (tmp_path / NAMES[1]).write_text("mine", encoding="utf-8")
-    if mine == "beside":  # of an earlier report that has no such file
-        files = {"provenance": {"versions": {"geomint": "0.1"}}, "files": {}}
-        (tmp_path / NAMES[0]).write_text(json.dumps(files), encoding="utf-8")
-    if mine == "changed":
+    (told, other, made), first = OF_NO_REPORT[mine], tmp_path / NAMES[0]
+    if made:
         make_report(tmp_path, "old")
-        (tmp_path / NAMES[1]).write_text("mine", encoding="utf-8")
-    if mine == "noted":  # in its JSON, where it is still one
-        make_report(tmp_path, "old")
-        told = (tmp_path / NAMES[0]).read_text(encoding="utf-8")
-        (tmp_path / NAMES[0]).write_text(told.replace("0.1", "0.1, mine"), encoding="utf-8")
-    found = {
-        "without files": '{"provenance": {"versions": {"geomint": "0.1"}}}',
-        "not of geomint": '{"a": 1}',
-        "broken": '{"provenance',
-        "deep": "[" * 10**5,
-    }
-    if mine in found:
-        (tmp_path / NAMES[0]).write_text(found[mine], encoding="utf-8")
+        told = told and first.read_text("utf-8").replace("0.1", told)
+    for path, text in ((first, told), (tmp_path / NAMES[1], other)):
+        if text is not None:
+            path.write_text(text, encoding="utf-8")
     before = contents(tmp_path)
     for call in (
         lambda: gi.check_folder(tmp_path, NAMES),
@@ -403,13 +377,6 @@ def test_a_first_report_that_was_killed_is_replaced(tmp_path, after):
     assert subprocess.run(run, check=False).returncode == 9
     make_report(place, "new")
     assert all((Path(place) / name).read_text(encoding="utf-8") == "new" for name in NAMES[1:])
-
-
-def test_names_are_looked_at_before_the_work(tmp_path):
-    (tmp_path / NAMES[1]).mkdir()
-    gi.check_folder(tmp_path)
-    with pytest.raises(gi.OutputError, match=r"b\.png.*a folder.*expected a file"):
-        gi.check_folder(tmp_path, NAMES)
 
 
 KILLED = """
@@ -514,20 +481,6 @@ def test_ctrl_c_at_any_moment(tmp_path, monkeypatch, at):
     assert times
     assert leftovers(tmp_path) == []
     assert contents(tmp_path) == dict.fromkeys(NAMES, "old" if at == "mkdir" else "new")
-
-
-def test_what_ctrl_c_breaks_is_an_interrupt(tmp_path):
-    """A file that it leaves closed is no error of the disk."""
-
-    def write_closed():
-        with gi.whole_file(tmp_path / "file"):
-            try:
-                raise KeyboardInterrupt
-            finally:
-                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
-
-    with pytest.raises(KeyboardInterrupt):
-        write_closed()
 
 
 @posix
