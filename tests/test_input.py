@@ -12,7 +12,6 @@ import chaplygin as ch
 import geomint as gi
 from geomint.errors import LONGEST_MESSAGE, nearest, quoted
 from geomint.problems.testproblems import henon_heiles
-from geomint.scene.entries import methods_and_steps
 
 FIELD, Y0 = henon_heiles.problem(), henon_heiles.INITIAL
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
@@ -204,7 +203,7 @@ REFUSED = {
         lambda: gi.find_method("gauss-1" + "-suzuki-4" * 2000),
         "no such method",
     ),
-    "a method twice": (lambda: methods_and_steps(["cf-4", "cf-4"]), "methods = .* once"),
+    "a method twice": (lambda: gi.run_methods("ball-3d", ["cf-4", "cf-4"]), "methods = .* once"),
     "a method that is mute": (lambda: gi.find_method(Mute()), "method = <Mute"),
     # scenes from Python
     "a cycle in a scene": (

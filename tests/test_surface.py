@@ -24,6 +24,7 @@ import tempfile
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,6 @@ from geomint.cli import main
 from geomint.cli.options import EXIT_CODES
 from geomint.cli.signals import NAMES as SIGNALS
 from geomint.plan import MethodRun
-from geomint.problems.systems import find_system, system_names
 from geomint.run.accuracy.accuracy import Accuracy
 from geomint.run.dense import DenseOutput
 from geomint.run.met import Met
@@ -157,8 +157,8 @@ def scenes() -> Iterator[str]:
 def scene_keys() -> Iterator[str]:
     """Yield the keys of scene files, with what they take and defaults."""
     yield from keys_of("", Content.model_json_schema())
-    for name in system_names():
-        system = find_system(name)
+    for point in entry_points(group="geomint.systems"):
+        name, system = point.name, point.load()
         yield from keys_of(f"[system] of {name}:", system.parameters.model_json_schema())
         yield from keys_of(f"[initial] of {name}:", system.initial.model_json_schema())
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from importlib.metadata import metadata
+from importlib.metadata import entry_points, metadata
 from pathlib import Path
 
 import pytest
@@ -13,13 +13,11 @@ import chaplygin
 import geomint as gi
 from docs import tables
 from docs.public_names import with_public_names
-from geomint.problems.systems import find_system, system_names
-from geomint.stress.case import stress_cases
-from geomint.tableaux.composition import COMPOSITIONS
-from geomint.tableaux.runge_kutta import RUNGE_KUTTA
+from geomint.tableaux import COMPOSITIONS, RUNGE_KUTTA
 from tests.pages.blocks import PAGES, README, ROOT, blocks, page as page_of, prose
 
 API = ROOT / "docs" / "api"
+SYSTEMS = {point.name: point.load() for point in entry_points(group="geomint.systems")}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 
 
@@ -175,7 +173,7 @@ def test_every_method_is_listed() -> None:
 def test_scenes_and_systems_are_on_the_pages() -> None:
     """By tables that are made of the registries, on the pages about them."""
     for page, table, names in (
-        ("scene-files", "scene_keys", system_names()),
+        ("scene-files", "scene_keys", sorted(SYSTEMS)),
         ("systems", "scenes", gi.scene_names()),
     ):
         assert f"{{{{ {table} }}}}" in (ROOT / "docs" / f"{page}.md").read_text("utf-8")
@@ -188,8 +186,7 @@ def test_keys_of_systems_are_explained() -> None:
     page = (ROOT / "docs" / "scene-files.md").read_text("utf-8")
     part = page.split("\n## `[system]`", 1)[1].split("\n## `[time]`", 1)[0]
     assert "{{ scene_keys }}" in part
-    for name in system_names():
-        system = find_system(name)
+    for name, system in SYSTEMS.items():
         for key, field in {**system.parameters.model_fields, **system.initial.model_fields}.items():
             assert field.description or f"`{key}`" in part, (name, key)
 
@@ -198,5 +195,5 @@ def test_axes_of_stress_are_on_their_page() -> None:
     text = (ROOT / "docs" / "stress.md").read_text("utf-8")
     table = text.split("\n## What is stressed", 1)[1].split("\nEvery case", 1)[0]
     assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == {
-        case.axis.name for case in stress_cases()
+        case.axis.name for point in entry_points(group="geomint.stress") for case in point.load()()
     }
