@@ -12,6 +12,7 @@ import chaplygin as ch
 import geomint as gi
 from tests.chaplygin.support import (
     Rows,
+    allowed_part,
     close,
     dimensions,
     generator_of,
@@ -191,3 +192,29 @@ def test_geodesics_and_neumanns_motion_are_newtonian(n, seed):
         close(rate[:n], v, 10)
         left = rate[n:] - force * x
         close(left - (left @ normal) / (normal @ normal) * normal, 0 * x, 100)
+
+
+@given(dimensions, kinds, seeds)
+def test_constraints_measure_how_much_is_wrong(n, kind, seed):
+    """Slip, twist, what a velocity has that is forbidden, and how far γ is from the last row of g."""
+    of, rng = of_operator(kind, n, seed), rng_for(n, seed + 5)
+    triangle, vector = rng.normal(size=n * (n - 1) // 2), rng.normal(size=n)
+    wrong = [("rolling", "rolling", "v", vector[1:]), ("contact", "vertical", "gamma", vector)]
+    if n > 2:
+        for name, constraint, piece, rows in (
+            ("rubber", "twist", "omega", slice(-n, None)),
+            ("lr-1", "forbidden", "w", slice(0, n)),
+        ):
+            away = triangle - allowed_part(of[name].random_state(seed)[of[name].slices["g"]][rows], triangle)
+            wrong.append((name, constraint, piece, away))
+    for name, constraint, piece, off in wrong:
+        y = of[name].random_state(seed)
+        y[of[name].slices[piece]] += off
+        assert gi.value(of[name], constraint, y) == pytest.approx(np.linalg.norm(off), rel=1e-11)
+    of = of_parameters(n, seed)
+    longer = 1.1 * of["ellipsoid"].random_state(seed)
+    assert gi.value(of["ellipsoid"], "ellipsoid", longer) == pytest.approx(0.21, rel=1e-12)
+    for name in ("body-classical", "body-multiplier") if n == 3 else ():
+        y = of[name].random_state(seed)
+        y[of[name].slices["k" if name == "body-classical" else "w"]] += 0.3 * y[of[name].slices["gamma"]]
+        assert gi.value(of[name], "constraint", y) == pytest.approx(0.3, rel=1e-12)
