@@ -1,4 +1,4 @@
-"""Random systems of all kinds, and functions of their problems run in plain Python, with 40 digits too."""
+"""Random systems of all kinds, and functions of their problems in plain Python, in 40 digits too."""
 
 from __future__ import annotations
 

@@ -159,7 +159,10 @@ BAD = {
     ],
     ch.Veselova([1.0, 2.0]).classical: [({}, "dimension 3")],
     ch.Veselova([1.0, 2.0, 3.0]).classical: [({"f1": float("nan")}, "f1")],
-    ch.VeselovaLR: [({"inertia": random_full(4), "r": 4}, "r = 4"), ({"inertia": random_full(4), "r": 0}, "r = 0")],
+    ch.VeselovaLR: [
+        ({"inertia": random_full(4), "r": 4}, "r = 4"),
+        ({"inertia": random_full(4), "r": 0}, "r = 0"),
+    ],
     ch.ellipsoid_problem: [
         ({"a": [1.0]}, "n ≥ 2"),
         ({"a": [1.0, 0.0]}, r"a\[1\] is not"),

@@ -1,4 +1,4 @@
-"""Integrals and Hamiltonians on T*S^(n−1) and the ellipsoid, by their definitions and off the manifold."""
+"""Integrals and Hamiltonians on T*S^(n−1) and the ellipsoid: definitions, and off the manifold."""
 
 from __future__ import annotations
 
@@ -77,7 +77,9 @@ def test_integrals_are_coefficients_of_polynomials(n, equal, seed):
         size = np.max(np.abs(list(known.values())))
         for letter, f in problem.invariants.items():
             if letter[0] in "rNF" and letter[1:].isdecimal():
-                assert gi.value(problem, f, y) == pytest.approx(known[int(letter[1:])], abs=1e-12 * size)
+                assert gi.value(problem, f, y) == pytest.approx(
+                    known[int(letter[1:])], abs=1e-12 * size
+                )
             elif letter.startswith("f-"):
                 first, second = (int(index) - 1 for index in letter.split("-")[1:])
                 assert a[first] == a[second]
@@ -86,7 +88,10 @@ def test_integrals_are_coefficients_of_polynomials(n, equal, seed):
 
 def test_linear_integrals_of_equal_parameters():
     """Two pairs: f-1-2, f-3-4; four equal: neighbours and the sum of all squares."""
-    pairs, four = ch.Veselova([1.0, 1.0, 2.0, 2.0]).reduced(), ch.Veselova([2.0, 1.0, 1.0, 1.0, 1.0])
+    pairs, four = (
+        ch.Veselova([1.0, 1.0, 2.0, 2.0]).reduced(),
+        ch.Veselova([2.0, 1.0, 1.0, 1.0, 1.0]),
+    )
     assert [name for name in pairs.invariants if name[0] == "f"] == ["f-1-2", "f-3-4"]
     problem = four.hamiltonized()
     names = [name for name in problem.invariants if name[0] in "fc"]
@@ -115,7 +120,10 @@ def test_the_integrals_commute_and_are_independent(n, seed):
         assert len(slopes) == n - 1, name
         between = canonical(first, second)
         for f, g in itertools.combinations(slopes.values(), 2):
-            terms = canonical(f, first) * canonical(g, second), canonical(f, second) * canonical(g, first)
+            terms = (
+                canonical(f, first) * canonical(g, second),
+                canonical(f, second) * canonical(g, first),
+            )
             bracket = canonical(f, g) - (terms[0] - terms[1]) / between
             assert abs(bracket) < 1e-11 * np.linalg.norm(f) * np.linalg.norm(g), name
         stacked = np.array([*slopes.values(), first, second])
@@ -205,7 +213,9 @@ def test_constraints_measure_how_much_is_wrong(n, kind, seed):
             ("rubber", "twist", "omega", slice(-n, None)),
             ("lr-1", "forbidden", "w", slice(0, n)),
         ):
-            away = triangle - allowed_part(of[name].random_state(seed)[of[name].slices["g"]][rows], triangle)
+            away = triangle - allowed_part(
+                of[name].random_state(seed)[of[name].slices["g"]][rows], triangle
+            )
             wrong.append((name, constraint, piece, away))
     for name, constraint, piece, off in wrong:
         y = of[name].random_state(seed)
@@ -216,5 +226,7 @@ def test_constraints_measure_how_much_is_wrong(n, kind, seed):
     assert gi.value(of["ellipsoid"], "ellipsoid", longer) == pytest.approx(0.21, rel=1e-12)
     for name in ("body-classical", "body-multiplier") if n == 3 else ():
         y = of[name].random_state(seed)
-        y[of[name].slices["k" if name == "body-classical" else "w"]] += 0.3 * y[of[name].slices["gamma"]]
+        y[of[name].slices["k" if name == "body-classical" else "w"]] += (
+            0.3 * y[of[name].slices["gamma"]]
+        )
         assert gi.value(of[name], "constraint", y) == pytest.approx(0.3, rel=1e-12)

@@ -10,9 +10,7 @@ import pydantic
 import pytest
 
 import geomint as gi
-from chaplygin.manifold import wedge
-from geomint.watch.quantities import kind_of
-from tests.chaplygin.support import random_tangent, value_of
+from tests.chaplygin.support import flat_wedge, random_rotation, random_tangent
 
 SYSTEMS = {
     point.name: point.load()
@@ -45,14 +43,14 @@ def check(model):
         np.testing.assert_array_equal(problem.canonical(y), y)
         arrays.append(problem.physical_state(y))
         if "spatial-momentum" in problem.diagnostics:
-            assert value_of(problem, "spatial-momentum", y) < 1e-15
+            assert gi.value(problem, "spatial-momentum", y) < 1e-15
     for physical in arrays:
         common = set(physical) & set(arrays[0])
         assert sum(np.size(physical[name]) for name in common) >= least  # they determine a state
         for name in common:
             np.testing.assert_allclose(physical[name], arrays[0][name], rtol=0, atol=4e-15)
     energies = [
-        value_of(problem, "energy", model.states[name]) for name, problem in model.problems.items()
+        gi.value(problem, "energy", model.states[name]) for name, problem in model.problems.items()
     ]
     np.testing.assert_allclose(energies, energies[0], rtol=1e-13)
     return list(model.problems)
@@ -80,97 +78,90 @@ def test_scenes(scene):
     assert ends == ({"tau_end"} if problem.time == "tau" else {"t_end"})
 
 
-def test_six_scenes_show_the_four_kinds_of_drift():
-    names = "ball-3d hamiltonized-n3 hamiltonized-n5 veselova-n3 veselova-n4 ellipsoid-n4"
-    for name in names.split():
-        scene = gi.load_scene(name)
-        kinds = [kind_of(q, scene.problem) for q in scene.for_drift().content.observe.quantities]
-        assert {"energy", "integrals", "constraints", "measure"} == set(kinds)
-
-
 A3 = {"a": [0.8, 1.1, 1.5], "D": 4.0}
 G3 = {"gamma": [0.6, 0.0, 0.8]}
 P3 = {"p": [0.8, 1.0, -0.6]}
-TANGENT = ["reduced", "hamiltonized"]
+ROLLING = {"moments": [0.4, 0.5, 0.7], "m": 2.0, "rho": 0.5}
+PLACE = {"r": [1.0, 2.0]}
 
 
-@pytest.mark.parametrize(
-    ("name", "parameters", "initial", "expected"),
-    [
-        (
-            "chaplygin-sphere-reduced", A3, G3 | P3,
-            [*TANGENT, "classical", "ball", "classical-attitude", "ball-attitude"],
-        ),
-        (
-            "chaplygin-sphere-hamiltonized", A3, G3 | P3,
-            [*TANGENT[::-1], "classical", "ball", "classical-attitude", "ball-attitude"],
-        ),
-        (
-            "chaplygin-ball", A3, G3 | P3,
-            ["ball", "classical", *TANGENT, "ball-attitude", "classical-attitude"],
-        ),
-        (
-            "chaplygin-ball", A3, G3 | {"k": [1.0, 2.0, 3.0]},
-            ["ball", "classical", "ball-attitude", "classical-attitude"],
-        ),
-        (
-            "chaplygin-ball", {"moments": [1.0, 2.0, 3.0], "D": 1.0}, G3 | {"k": [1.0, 2.0, 3.0]},
-            ["classical", "ball", "classical-attitude", "ball-attitude"],
-        ),
-        (
-            "chaplygin-ball", A3 | {"attitude": True}, G3 | P3,
-            ["ball-attitude", "classical-attitude", "ball", "classical", *TANGENT],
-        ),
-        (
-            "chaplygin-ball", {"inertia": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "m": 2.0, "rho": 1.0},
-            {"gamma": [0.5, 0.5, 0.5, 0.5], "p": [1.0, -1.0, 0.5, -0.5]},
-            ["ball", "reduced", "ball-attitude"],
-        ),
-        (
-            "chaplygin-ball", {"J": [1.0, 2.0, 3.0, 4.0], "m": 2.0, "rho": 1.0},
-            {"gamma": [0.5, 0.5, 0.5, 0.5], "omega": [1.0, -1.0, 0.5, -0.5, 2.0, 0.3]},
-            ["ball", "ball-attitude"],
-        ),
-        (
-            "homogeneous-ball", {"n": 2, "s": 1.0, "D": 1.0}, {"gamma": [0.6, 0.8], "k": [1.0]},
-            ["ball", *TANGENT, "ball-attitude"],
-        ),
-        ("veselova", A3, G3 | P3, [*TANGENT, "classical", "multiplier"]),
-        (
-            "veselova",
-            {"a": A3["a"]},
-            G3 | {"w": [0.6, 0.0, -0.8]},
-            [*TANGENT, "classical", "multiplier"],
-        ),
-        (
-            "veselova", {"a": [1.0, 2.0, 3.0, 4.0]}, {"gamma": [0.5] * 4, "p": [1.0, -1.0, 2.0, -2.0]},
-            TANGENT,
-        ),
-        (
-            "veselova", {"moments": [2.0, 3.0, 5.0]}, G3 | {"w": [0.8, 1.0, -0.6]},
-            ["classical", *TANGENT, "multiplier"],
-        ),
-        (
-            "veselova", {"moments": [2.0, 3.0, 5.0], "f1": 1.0}, G3 | {"k": [0.6, 2.0, 0.8]},
-            ["classical", "multiplier"],
-        ),
-        (
-            "ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6], "p": [0.4, -0.6]},
-            ["geodesics"],
-        ),
-    ],
-)  # fmt: skip
+SPHERE, BALL = "chaplygin-sphere-", "chaplygin-ball"
+VECTORS, HALF = {"k": [1.0, 2.0, 3.0]}, {"gamma": [0.5] * 4}
+SIX = {"inertia": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "m": 2.0, "rho": 1.0}
+ANY, BODY = {"omega": [1.0, -1.0, 0.5, -0.5, 2.0, 0.3]}, {"moments": [2.0, 3.0, 5.0]}
+CARRYING = "classical-attitude ball-attitude"
+MODELS = [
+    (SPHERE + "reduced", A3, G3 | P3, f"reduced hamiltonized classical ball {CARRYING}"),
+    (SPHERE + "hamiltonized", A3, G3 | P3, f"hamiltonized reduced classical ball {CARRYING}"),
+    (BALL, A3, G3 | P3, "ball classical reduced hamiltonized ball-attitude classical-attitude"),
+    (BALL, A3, G3 | VECTORS, "ball classical ball-attitude classical-attitude"),
+    (BALL, ROLLING, G3 | VECTORS, f"classical ball {CARRYING}"),
+    (BALL, A3 | {"attitude": True}, G3 | P3,
+     "ball-attitude classical-attitude ball classical reduced hamiltonized"),
+    (BALL, SIX, HALF | {"p": [1.0, -1.0, 0.5, -0.5]}, "ball reduced ball-attitude"),
+    (BALL, {"J": [1.0, 2.0, 3.0, 4.0], "D": 2.0}, HALF | ANY, "ball ball-attitude"),
+    ("homogeneous-ball", {"n": 2, "s": 1.0, "D": 1.0}, {"gamma": [0.6, 0.8], "k": [1.0]},
+     "ball reduced hamiltonized ball-attitude"),
+    ("veselova", A3, G3 | P3, "reduced hamiltonized classical multiplier"),
+    ("veselova", {"a": A3["a"]}, G3 | {"w": [0.6, 0.0, -0.8]},
+     "reduced hamiltonized classical multiplier"),
+    ("veselova", {"a": [1.0, 2.0, 3.0, 4.0]}, HALF | {"p": [1.0, -1.0, 2.0, -2.0]},
+     "reduced hamiltonized"),
+    ("veselova", BODY, G3 | {"w": [0.8, 1.0, -0.6]}, "classical reduced hamiltonized multiplier"),
+    ("veselova", BODY | {"f1": 1.0}, G3 | {"k": [0.6, 2.0, 0.8]}, "classical multiplier"),
+    ("ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6], "p": [0.4, -0.6]}, "geodesics"),
+    ("rolling-ball", ROLLING, G3 | PLACE | {"omega": [1.0, -2.0, 1.5]},
+     f"rolling contact classical ball {CARRYING}"),
+    ("rolling-ball", ROLLING | {"multipliers": False}, G3 | PLACE | P3,
+     f"contact rolling classical ball reduced hamiltonized {CARRYING}"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "parameters", "initial", "expected"), MODELS)
 def test_models(name, parameters, initial, expected):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert check(build(name, parameters, initial)) == expected
+        assert check(build(name, parameters, initial)) == expected.split()
+
+
+def test_balls_on_the_plane():
+    """With moments ω is a vector; r is kept, v is that of rolling or refused."""
+    at = G3 | PLACE
+    vectors = build("rolling-ball", ROLLING, at | {"omega": [1.0, -2.0, 1.5]})
+    flat = {"inertia": [0.7, 0.5, 0.4], "m": 2.0, "rho": 0.5}
+    triangles = build("rolling-ball", flat, at | {"omega": [-1.5, -2.0, -1.0]})
+    assert set(triangles.problems) == set(vectors.problems)
+    for name, y in vectors.states.items():
+        np.testing.assert_allclose(y, triangles.states[name], rtol=0, atol=4e-14)
+    for name in ("rolling", "contact"):
+        r = vectors.problems[name].slices["r"]
+        np.testing.assert_array_equal(vectors.states[name][r], [1.0, 2.0])
+    parameters, omega = {"J": [1.0, 2.0, 3.0, 4.0], "D": 1.5}, [1.0, 0.0, -1.0, 0.5, 0.2, 0.3]
+    turning = {"g": random_rotation(4).tolist(), "omega": omega}
+    y = build("rolling-ball", parameters, turning)
+    v = y.states["rolling"][y.problems["rolling"].slices["v"]].tolist()
+    again = build("rolling-ball", parameters, turning | {"v": v})
+    np.testing.assert_array_equal(again.states["rolling"], y.states["rolling"])
+    with pytest.raises(gi.DomainError, match="slips at"):
+        build("rolling-ball", parameters, turning | {"v": [0.0, 0.0, 0.0]})
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("name", "end"), [("rolling-ball-n3", 50.0), ("rolling-ball-n4", 20.0)])
+def test_scenes_run(name, end):
+    """What is to be kept is kept, and the ball gets somewhere."""
+    drift = gi.run_scene(gi.load_scene(name).changed(time={"t_end": end})).drift
+    kept = {"K", "momentum", "orthogonality", "spatial-momentum", "rolling", "vertical"}
+    for quantity in kept & set(drift):
+        assert drift[quantity].max_abs_error < 2e-14, quantity
+    assert drift["contact-1"].max_abs_error > 1.0
 
 
 def test_moments_make_vectors():
     """With moments, k is a vector; with the same operator as a diagonal, the flat triangle."""
     gamma, p = random_tangent(3)
     vector = {"gamma": gamma.tolist(), "k": np.cross(p, gamma).tolist()}
-    flat = {"gamma": gamma.tolist(), "k": wedge(gamma, p).tolist()}
+    flat = {"gamma": gamma.tolist(), "k": flat_wedge(gamma, p).tolist()}
     models = [
         build("chaplygin-ball", {"moments": [1.0, 2.0, 3.0], "D": 1.0}, vector),
         build("chaplygin-ball", {"moments": np.diag([1.0, 2.0, 3.0]).tolist(), "D": 1.0}, vector),
@@ -179,7 +170,7 @@ def test_moments_make_vectors():
     energies = []
     for model in models:
         assert "reduced" in model.problems
-        energies.append(value_of(model.problems["ball"], "energy", model.states["ball"]))
+        energies.append(gi.value(model.problems["ball"], "energy", model.states["ball"]))
     np.testing.assert_allclose(energies, energies[0], rtol=1e-14)
 
 
@@ -198,6 +189,7 @@ def test_moments_make_vectors():
         ("veselova", A3, G3 | {"omega": [1.0, 2.0, 3.0]}),
         ("veselova", {"a": A3["a"], "f1": "0"}, G3 | P3),
         ("ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6]}),
+        ("rolling-ball", ROLLING | {"attitude": True}, G3 | P3),
     ],
 )
 def test_bad_keys_and_types(name, parameters, initial):

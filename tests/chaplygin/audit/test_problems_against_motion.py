@@ -137,7 +137,9 @@ def lr(point):
     y = np.concatenate([point.g.reshape(-1), coordinates(w)])
     rates = [*(point.g @ w).reshape(-1), *coordinates(rate)]
     in_space = point.g @ apply(matrix, w) @ point.g.T
-    shown = {f"momentum-{i + 1}-{j + 1}": in_space[i, j] for i in range(r) for j in range(i + 1, point.n)}
+    shown = {
+        f"momentum-{i + 1}-{j + 1}": in_space[i, j] for i in range(r) for j in range(i + 1, point.n)
+    }
     shown["multipliers"] = np.linalg.norm(acting)
     if planes <= 6:
         pairs = [(p, q) for p in range(r, point.n) for q in range(p + 1, point.n)]
@@ -147,7 +149,7 @@ def lr(point):
 
 def stiefel_variety(point):
     """Ẋ and Ṗ on T*V(n, r)."""
-    X, X_dot, w = stiefel(point)
+    X, _, w = stiefel(point)
     X_rate, P_rate = stiefel_rates(point)[1]
     inertia = chaplygin.GeneralInertia(point.general)
     problem = chaplygin.stiefel_problem(inertia, rank_of(point))
@@ -225,15 +227,16 @@ def veselova_hamiltonized(point):
 
 
 def veselova_classical(point):
-    """dK⃗/dt, dγ⃗/dt at any f_1."""
-    a = point.a
-    tensor = np.diag([1.0 / (a[1] * a[2]), 1.0 / (a[0] * a[2]), 1.0 / (a[0] * a[1])])
-    w = point.normal("w", 3)
-    z = np.concatenate([w, point.gamma])
+    """dK⃗/dt, dγ⃗/dt and the energy at any f_1."""
+    a, gamma = point.a, point.gamma
+    moments = a / np.prod(a)
+    tensor, w = np.diag(moments), point.normal("w", 3)
+    z = np.concatenate([w, gamma])
     K, rate = capital_k(tensor, z), veselova_field(tensor, z)
-    problem = chaplygin.veselova_classical_problem(a, point.D, float(w @ point.gamma))
+    problem = chaplygin.veselova_classical_problem(a, point.D, float(w @ gamma))
     K_dot = derivative(lambda x: capital_k(tensor, x), z, rate)
-    return gi.derivative(problem, np.concatenate([K, point.gamma])), [*K_dot, *rate[3:]]
+    energy = 0.5 * (K @ w - (K @ gamma) * ((moments - 1.0) * w @ gamma))
+    return with_energy(problem, np.concatenate([K, gamma]), [*K_dot, *rate[3:]], energy)
 
 
 def densities(point):
