@@ -51,12 +51,15 @@ def test_mechanics(y: Any) -> None:
     np.testing.assert_allclose(g @ k, about_contact, atol=1e-13 * size)
 
 
+RUN = {"method": "cf-4", "compiled": False}
+
+
 def test_newton() -> None:
     """The reaction is mass times acceleration; the contact point moves as the centre."""
     y0 = PROBLEM.state(gamma=[0.48, 0.6, 0.64], omega_space=[3.0, -4.0, 12.0], r=[0.2, -0.1])
     h = 1e-4
-    times = np.array([0.3 - h, 0.3, 0.3 + h])
-    solution = gi.solve(PROBLEM, y0, t_end=0.4, t_eval=times, method="gauss-6", step=0.01)
+    times = np.array([0.1 - h, 0.1, 0.1 + h])
+    solution = gi.solve(PROBLEM, y0, t_end=0.2, t_eval=times, step=2e-3, **RUN)
     before, here, after = (np.cross(vector(y, "omega-space"), RADIUS * UP)[:2] for y in solution.y)
     force = MASS * (after - before) / (2 * h)
     np.testing.assert_allclose(read(solution.y[1], "reaction-1", "reaction-2"), force, rtol=1e-5)
@@ -68,8 +71,8 @@ def test_a_homogeneous_ball_rolls_straight() -> None:
     """Steadily, at ωρ, without friction, as long as one likes."""
     ball = ch.Ball(mass=0.4, radius=0.1, moments=[1.6e-3] * 3).problem()
     y0 = ball.state(gamma=UP, omega_space=[0.0, 5.0, 20.0])
-    solution = gi.solve(ball, y0, t_end=7.0, method="gauss-4", step=0.01)
-    np.testing.assert_allclose(solution.piece("r")[-1], [0.5 * 7.0, 0.0], atol=1e-11)
+    solution = gi.solve(ball, y0, t_end=1.5, step=0.01, **RUN)
+    np.testing.assert_allclose(solution.piece("r")[-1], [0.5 * 1.5, 0.0], atol=1e-8)
     assert gi.value(ball, "reaction", solution.y[-1]) < 1e-12
 
 
@@ -115,15 +118,14 @@ def test_everything_has_its_unit() -> None:
 
 def test_labels_have_units() -> None:
     y0 = PROBLEM.state(gamma=[0.48, 0.6, 0.64], omega_space=[3.0, -4.0, 12.0])
-    solution = gi.solve(
-        PROBLEM, y0, t_end=1.0, method="cf-4", step=0.01, dense=True, observe=["energy"]
-    )
+    run = {"save_every": 1, "observe": ["energy"], **RUN}
+    solution = gi.solve(PROBLEM, y0, t_end=0.2, step=1e-3, **run)
     figure = solution.plot("omega-body", "contact", "reaction-1", "r")
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert labels == ["omega-body\n(rad/s)", "contact\n(m)", "reaction-1\n(N)", "r\n(m)"]
     assert [len(axes.lines) for axes in figure.axes] == [3, 2, 1, 2]
     assert figure.axes[-1].get_xlabel() == "t (s)"
-    assert "t = 0 … 1 s" in figure.axes[0].get_title(loc="left")
+    assert "t = 0 … 0.2 s" in figure.axes[0].get_title(loc="left")
     assert solution.plot_trace().axes[0].get_xlabel() == "r₁ (m)"
     phase = solution.plot_phase("omega-space-1", "reaction")
     assert phase.axes[0].get_ylabel() == "reaction (N)"
@@ -133,7 +135,7 @@ def test_labels_have_units() -> None:
 def test_a_file_keeps_the_units(tmp_path: Any) -> None:
     """Also where the code of the problem is not there."""
     y0 = PROBLEM.state(gamma=UP, omega_body=[3.0, -4.0, 12.0])
-    solution = gi.solve(PROBLEM, y0, t_end=0.1, method="cf-4", step=0.01, save_every=1)
+    solution = gi.solve(PROBLEM, y0, t_end=0.1, step=0.01, save_every=1, **RUN)
     solution.save(tmp_path / "run.nc")
     saved = gi.load(tmp_path / "run.nc")
     saved.about = dataclasses.replace(saved.about, content=b"")
