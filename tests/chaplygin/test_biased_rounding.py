@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaplygin as ch
-from geomint.kernels.numbers.blocks import Block
+from tests.chaplygin.support import Rows
 
 STATES = 20_000
 
@@ -18,9 +18,8 @@ def test_the_hamiltonized_field_keeps_tangency_in_the_mean(a):
     gamma /= np.linalg.norm(gamma, axis=0)
     p -= gamma * np.sum(gamma * p, axis=0)
     p *= 2.0 ** rng.uniform(size=STATES) / np.linalg.norm(p, axis=0)
-    out = np.empty((6, STATES))
-    params, work = Block(problem.params), Block(np.zeros(problem.work))
-    problem.field(params, 0.0, Block(np.concatenate([gamma, p])), Block(out), work)
+    out, y = np.empty((6, STATES)), np.concatenate([gamma, p])
+    problem.field(problem.params.view(Rows), 0.0, y.view(Rows), out.view(Rows), None)
     wide = out.astype(np.longdouble)
     rates = np.sum(wide[:3] * p + wide[3:] * gamma, axis=0).astype(float)
     assert np.std(rates) < 2e-15
