@@ -8,8 +8,6 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.exact.branch_points import separation_of
-from chaplygin.exact.symmetry import reduced_axes
 from tests.chaplygin.exact_support import (
     PATTERNS,
     TAU_AND_T,
@@ -187,64 +185,52 @@ def test_arrays_and_shapes():
 def test_refusals():
     sphere = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
     problem = sphere.hamiltonized()
-    with pytest.raises(gi.DomainError, match="at rest"):
-        problem.exact([0.6, 0.0, 0.8, 0.0, 0.0, 0.0])
     exact = problem.exact(problem.random_state(1))
-    for bad in ("abc", 10**400, [[1.0], [1.0, 2.0]]):
-        with pytest.raises(gi.DomainError, match="real numbers"):
-            exact.at_tau(bad)
-    with pytest.raises(gi.DomainError, match="6 numbers"):
-        exact.angles([1.0, 2.0])
-    with pytest.raises(gi.DomainError, match="no more than 2 angles"):
-        exact.at_angles([1.0, 2.0, 3.0])
-    with pytest.raises(gi.DomainError, match="finite times"):
-        problem.exact(problem.random_state(1)).at_tau([np.nan])
+    small = ch.ChaplyginSphere(a=[1e-6, 1.0, 1.9], D=4.0).hamiltonized()
+    for call, text in (
+        (lambda: problem.exact([0.6, 0.0, 0.8, 0.0, 0.0, 0.0]), "at rest"),
+        (lambda: exact.at_tau("abc"), "real numbers"),
+        (lambda: exact.at_tau(10**400), "real numbers"),
+        (lambda: exact.at_tau([[1.0], [1.0, 2.0]]), "real numbers"),
+        (lambda: exact.at_tau([np.nan]), "finite times"),
+        (lambda: exact.angles([1.0, 2.0]), "6 numbers"),
+        (lambda: exact.at_angles([1.0, 2.0, 3.0]), "no more than 2 angles"),
+        (lambda: exact.at_angles([np.inf]), "finite angles"),
+        (lambda: small.exact(small.random_state(1)), r"condition 1e\+06"),  # 0 is near to an oval
+    ):
+        with pytest.raises(gi.DomainError, match=text):
+            call()
     with pytest.raises(gi.FormError, match="no exact flow"):
         sphere.ball().exact(sphere.ball().random_state(1))
-    small = ch.ChaplyginSphere(a=[1e-6, 1.0, 1.9], D=4.0).hamiltonized()
-    with pytest.raises(gi.DomainError, match=r"condition 1e\+06"):  # 0 is near to an oval
-        small.exact(small.random_state(1))
 
 
 def test_angles_are_found_wherever_they_are():
     """Next to a separatrix the map from θ to φ is far from linear: Newton's method alone cycles."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.15, 1.5], D=4.0).hamiltonized()
-    times = np.linspace(-50.0, 1000.0, 2000)
+    times = np.array([-50.0, 317.7, 1000.0])
     rng, strips = np.random.default_rng(3), []
     for size in (0.1, 0.03, 0.03, 0.02, 0.02):
         gamma = np.eye(3)[0] + size * rng.normal(size=3)
         y = flow_of(problem, gamma, np.eye(3)[2] + size * rng.normal(size=3))
         exact = problem.exact(y)
         strips.append(np.min(exact.torus.strips))
-        z = exact.at_tau(times)
-        for i in (0, 700, 1999):
-            found, expected = exact.angles(z[i]), exact.start + exact.frequencies * times[i]
+        for tau, z in zip(times, exact.at_tau(times), strict=True):
+            found, expected = exact.angles(z), exact.start + exact.frequencies * tau
             np.testing.assert_allclose(turned(found - expected), 0, atol=1e-12 * exact.condition)
     assert min(strips) < 0.03
 
 
-@pytest.mark.parametrize("unit", [1e-150, 1e-60, 1e60, 1e100])
-def test_units(unit):
-    """Parameters and momenta of any size: in powers of two nothing changes."""
+def test_units():
+    """Parameters and momenta of any size, whose squares may be no numbers: the same path."""
     plain = ch.Veselova([0.8, 1.1, 1.5], 4.0).hamiltonized()
     y = plain.random_state(1)
-    exact = plain.exact(y)
-    scaled = ch.Veselova(np.array([0.8, 1.1, 1.5]) * unit, 4.0).hamiltonized()
-    np.testing.assert_allclose(
-        scaled.exact(y).at_tau(3.0 / unit)[:3], exact.at_tau(3.0)[:3], rtol=0, atol=1e-13
-    )
-    z = np.concatenate([y[:3], unit * y[3:]])
-    far = plain.exact(z).at_tau(3.0 / unit)
-    np.testing.assert_allclose(far[:3], exact.at_tau(3.0)[:3], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(far[3:] / unit, exact.at_tau(3.0)[3:], rtol=0, atol=1e-13)
-
-
-def test_momenta_whose_squares_are_no_numbers():
-    problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).hamiltonized()
-    y = problem.random_state(1)
-    expected = problem.exact(y).at_tau(3.0)
-    for unit in (1e-250, 1e-170, 1e170):
-        far = problem.exact(np.concatenate([y[:3], unit * y[3:]])).at_tau(3.0 / unit)
+    expected = plain.exact(y).at_tau(3.0)
+    for unit in (1e-150, 1e-60, 1e60, 1e100):
+        scaled = ch.Veselova(np.array([0.8, 1.1, 1.5]) * unit, 4.0).hamiltonized()
+        found = scaled.exact(y).at_tau(3.0 / unit)[:3]
+        np.testing.assert_allclose(found, expected[:3], rtol=0, atol=1e-13)
+    for unit in (1e-250, 1e-170, 1e-60, 1e60, 1e170):
+        far = plain.exact(np.concatenate([y[:3], unit * y[3:]])).at_tau(3.0 / unit)
         np.testing.assert_allclose(far[:3], expected[:3], rtol=0, atol=1e-13)
         np.testing.assert_allclose(far[3:] / unit, expected[3:], rtol=0, atol=1e-13)
 
@@ -268,27 +254,3 @@ def test_next_to_a_separatrix(distance):
     exact = problem.exact(y)
     run = gi.solve(problem, y, tau_end=10.0, step=0.01, method="gauss-8", progress=False)
     np.testing.assert_allclose(exact.at_tau(10.0), run.y[-1], atol=1e-14 * exact.condition)
-
-
-@pytest.mark.parametrize("pattern", PATTERNS)
-def test_separation_constants(pattern):
-    """T(0) and its leading coefficient are K and the Veselova energy; every oval has a λ."""
-    problem = problem_of(pattern, "body-tau")
-    a, D = np.array(problem.parameters["a"]), problem.parameters["D"]
-    n, y = len(a), problem.random_state(7)
-    axes = reduced_axes(a, y[:n], y[n:])
-    found = separation_of(axes, y[:n], y[n:])
-    energy = gi.value(problem, "energy", y)
-    assert found.lead[0] * D**2 / 2 == pytest.approx(energy, rel=1e-13)
-    if "K" in problem.invariants:
-        K = gi.value(problem, "K", y)
-        scale = np.prod(axes.alpha) * np.prod(axes.alpha[axes.paired])
-        sign = (-1.0) ** np.count_nonzero(axes.paired)
-        assert sign * found.polynomial[0] * D**2 / scale == pytest.approx(
-            (-1.0) ** len(axes.alpha) * K, rel=1e-12
-        )
-    if len(axes.alpha) > 1:
-        position, *_ = axes.components(y[:n], y[n:])
-        lam, _ = ch.Spheroconical(axes.alpha).coordinates(position)
-        for x, oval in zip(lam, found.ovals, strict=True):
-            assert oval.lower - 1e-14 <= x <= oval.upper + 1e-14
