@@ -22,6 +22,8 @@ PATTERNS = {
     "circle-2": (2,),
     "circle-4": (4,),
 }
+# Of a derivative by a central difference of order 8.
+WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 TAU_AND_T = ("sphere-tau", "sphere-t", "body-tau", "body-t")
 
 

@@ -44,7 +44,17 @@ def _special() -> dict[str, tuple[gi.Problem, np.ndarray]]:
 SYSTEMS, SPECIAL = _systems(), _special()
 ALL = {**SYSTEMS, **SPECIAL}
 each = pytest.mark.parametrize("name", ALL)
-each_system = pytest.mark.parametrize("name", SYSTEMS)
+# One of each kind: in both times, classical ones, pairs of equal axes, a steady turn.
+KINDS = ["hamiltonized-n3-hamiltonized", "hamiltonized-n3-reduced", "ball-3d-classical"]
+KINDS += ["veselova-classical-classical", "lagrange-n4-reduced", "homogeneous-n4-ball"]
+
+
+def systems(count: int) -> pytest.MarkDecorator:
+    """Return all systems as parameters, of which so many kinds are in the fast row."""
+    late = [pytest.mark.nightly]
+    return pytest.mark.parametrize(
+        "name", [pytest.param(x, marks=late if x not in KINDS[:count] else []) for x in SYSTEMS]
+    )
 
 
 def own_end(problem: gi.Problem, end: float) -> dict[str, float]:

@@ -11,6 +11,7 @@ import geomint as gi
 from tests.chaplygin.exact_support import (
     PATTERNS,
     TAU_AND_T,
+    WEIGHTS,
     flow_of,
     parameters,
     problem_of,
@@ -18,8 +19,6 @@ from tests.chaplygin.exact_support import (
     turn_of,
     turned,
 )
-
-WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 
 
 def assert_exact(problem, y):

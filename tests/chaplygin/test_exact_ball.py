@@ -9,7 +9,7 @@ from tests.chaplygin.exact_support import turned
 from tests.chaplygin.support import random_special
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_ball_at_any_area_constant(seed):
     """Against integration in physical time, both ways; energy, K and area at t = 10⁹."""
     inertia = random_special(3, seed)
@@ -34,13 +34,13 @@ def test_the_ball_at_any_area_constant(seed):
     )
 
 
-@pytest.mark.parametrize("unit", [1e-100, 1e100])
-def test_momenta_of_any_size(unit):
+def test_momenta_of_any_size():
     problem = ch.ChaplyginSphere(inertia=random_special(3, 1)).classical()
     y = problem.random_state(1)
     exact = problem.exact(y)
-    other = problem.exact(np.concatenate([unit * y[:3], y[3:]]))
-    np.testing.assert_allclose(other(3.0 / unit)[3:], exact(3.0)[3:], atol=1e-14 * exact.condition)
+    for unit in (1e-100, 1e100):
+        other = problem.exact(np.concatenate([unit * y[:3], y[3:]]))(3.0 / unit)
+        np.testing.assert_allclose(other[3:], exact(3.0)[3:], atol=1e-14 * exact.condition)
 
 
 def test_all_but_parallel_vectors_are_refused():
@@ -78,13 +78,18 @@ def test_attitude_and_contact_point(momentum):
     np.testing.assert_allclose(found.reshape(-1, 9), run.y[:20, 6:15], rtol=0, atol=1e-11)
     far = path.contact(1e7) - path.contact(0.0)
     np.testing.assert_allclose(far / 1e7, path.drift, atol=1e-5)
-    with pytest.raises(gi.DomainError, match="parallel"):
-        ch.attitude([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])
-    with pytest.raises(gi.DomainError, match="finite vectors"):
-        ch.attitude([np.nan, 0.0, 0.0], [0.0, 0.0, 1.0])
-    with pytest.raises(gi.DomainError, match="not zero"):
-        ch.attitude([1.0, 0.0, 0.0], [0.0, 0.0, 0.0])
-    with pytest.raises(gi.DomainError, match=r"classical\(\)"):
-        ch.ContactPath(sphere.reduced().exact(sphere.reduced().random_state(1)), 1.0)
-    with pytest.raises(gi.DomainError, match="E_3"):
-        ch.ContactPath(path.exact, rho, np.eye(3))
+
+
+def test_refusals():
+    sphere = ch.ChaplyginSphere(inertia=random_special(3, 1))
+    reduced, classical = sphere.reduced(), sphere.classical()
+    exact = classical.exact(classical.random_state(4))
+    for call, text in (
+        (lambda: ch.attitude([0.0, 0.0, 2.0], [0.0, 0.0, 1.0]), "parallel"),
+        (lambda: ch.attitude([np.nan, 0.0, 0.0], [0.0, 0.0, 1.0]), "finite vectors"),
+        (lambda: ch.attitude([1.0, 0.0, 0.0], [0.0, 0.0, 0.0]), "not zero"),
+        (lambda: ch.ContactPath(reduced.exact(reduced.random_state(1)), 1.0), r"classical\(\)"),
+        (lambda: ch.ContactPath(exact, 0.7, np.eye(3)), "E_3"),
+    ):
+        with pytest.raises(gi.DomainError, match=text):
+            call()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import pickle
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
-from tests.chaplygin.exact_systems import ALL, SYSTEMS, each, each_system, own_end, span
+from tests.chaplygin.exact_systems import ALL, SYSTEMS, each, own_end, span, systems
 
 BALL = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0)
 SPHERE, REDUCED = BALL.hamiltonized(), BALL.reduced()
@@ -49,7 +50,7 @@ def test_states_are_those_of_steps(name: str) -> None:
             np.testing.assert_allclose(by_clock.y, exact.y, rtol=0, atol=known * scale)
 
 
-@each_system
+@systems(6)
 def test_dense_output(name: str) -> None:
     """The bits of wanted states, in any order and shape, in both times; at the end that of the run."""
     problem, y0 = ALL[name]
@@ -201,16 +202,14 @@ def test_times_after_the_end_are_told() -> None:
     assert told[0].filename == __file__
 
 
-SEVEN = ch.ChaplyginSphere([0.61, 0.78, 0.93, 1.07, 1.22, 1.41, 1.58], 4.0)
-
-
 def test_without_physical_time() -> None:
     """Where its series is refused, or is not wanted: τ alone, and typed errors for t."""
-    refused = SEVEN.hamiltonized()
+    seven = ch.ChaplyginSphere([0.61, 0.78, 0.93, 1.07, 1.22, 1.41, 1.58], 4.0)
+    refused = seven.hamiltonized()
     y0 = refused.random_state(1)
     for problem, state, clock in ((refused, y0, None), (SPHERE, Y0, False)):
         run = {"method": "exact", "dense": True, "clock": clock, "events": "gamma[2]"}
-        sol = gi.solve(problem, state, tau_end=5.0, **run)
+        sol = gi.solve(problem, state, tau_end=5.0, **run, compiled=False)
         assert sol.events["gamma[2]"].t is None
         for what in (lambda sol=sol: sol.t, lambda sol=sol: sol.sol(1.0)):
             with pytest.raises(gi.DomainError, match="clock=True"):
@@ -270,13 +269,16 @@ def test_where_there_is_none() -> None:
 class Turning:
     """The motion of (x, y) in a circle, as a user may write it: no frequencies, nothing compiled."""
 
-    def __init__(self, y0: np.ndarray, wrong: Any = None) -> None:
-        self._y0, self._wrong = y0, wrong
+    def __init__(self, y0: np.ndarray, wrong: Any = None, ends: list[float] | None = None) -> None:
+        self._y0, self._wrong, self._ends = y0, wrong, ends
 
     def __call__(self, t: Any) -> Any:
         if self._wrong is not None:
             return self._wrong
         (x, y), t = self._y0, np.asarray(t)
+        if self._ends and self._ends[0] < np.max(t) < 1e5:  # not the end, which is looked at first
+            self._ends.pop()
+            signal.raise_signal(signal.SIGINT)
         return np.stack([x * np.cos(t) - y * np.sin(t), x * np.sin(t) + y * np.cos(t)], axis=-1)
 
 
@@ -299,3 +301,22 @@ def test_a_motion_of_ones_own() -> None:
         bad = dataclasses.replace(CIRCLE, make_exact=lambda y, w=wrong: Turning(y, w))
         with pytest.raises(gi.DeclarationError, match="make_exact"):
             gi.solve(bad, [1.0, 0.0], t_end=2.0, method="exact")
+
+
+def test_ctrl_c() -> None:
+    """What is known is there, and the run can go on; a section has the points so far."""
+    ends = [30.0]
+    stopped = dataclasses.replace(CIRCLE, make_exact=lambda y: Turning(y, ends=ends))
+    sol = gi.solve(stopped, [1.0, 0.0], t_end=1e6, method="exact", events="x")
+    assert sol.status == "interrupted"
+    assert 30.0 < sol.t[-1] < 33.0
+    known = np.pi * (0.5 + np.arange(20))
+    np.testing.assert_allclose(sol.t_events[0], known[known < sol.t[-1]], rtol=0, atol=1e-13)
+    on = gi.solve(sol, t_end=60.0, events="x")
+    np.testing.assert_allclose(
+        np.append(sol.t_events[0], on.t_events[0]), known[known < 60.0], rtol=0, atol=1e-13
+    )
+    ends.append(30.0)
+    section = gi.poincare_section(stopped, [1.0, 0.0], "x", 1000, method="exact")
+    assert not section.complete
+    assert 5 < len(section) < 11

@@ -1,25 +1,29 @@
-"""The steady turns of balls whose operator is a multiple of 1, against steps."""
+"""The steady turns of balls whose operator is a multiple of 1."""
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 import chaplygin as ch
 import geomint as gi
+from tests.chaplygin.exact_support import WEIGHTS
+from tests.chaplygin.support import seeds
 
 
-@pytest.mark.parametrize("attitude", [False, True])
-@pytest.mark.parametrize("n", [2, 3, 4])
-def test_states_are_those_of_steps(n, attitude):
+@given(st.integers(2, 6), st.booleans(), seeds)
+def test_it_is_the_flow(n, attitude, seed):
+    """It begins at the state, and has its velocity everywhere; in τ, which is t, too."""
     ball = ch.ChaplyginSphere.homogeneous(n, 1.3, 2.0).ball(attitude)
-    times = np.array([0.0, 0.7, 5.0])
-    for seed in range(3):
-        y = ball.random_state(seed)
-        motion = ball.exact(y)
-        steps = gi.solve(ball, y, t_end=5.0, step=0.02, method="gauss-8", t_eval=times)
-        np.testing.assert_allclose(motion(times), steps.y, rtol=0.0, atol=2e-13)
-        np.testing.assert_allclose(motion(-0.3), motion.at_tau([-0.3])[0], rtol=0.0, atol=1e-15)
-        scale = motion.frequencies[0]
-        assert motion.phase_error(0.0) < 1e-14 < motion.phase_error(1e9 / scale) < 1e-5
+    y = ball.random_state(seed)
+    motion = ball.exact(y)
+    np.testing.assert_allclose(motion(0.0), y, rtol=0.0, atol=4e-15 * np.max(np.abs(y)))
+    np.testing.assert_allclose(motion(-0.3), motion.at_tau([-0.3])[0], rtol=0.0, atol=4e-15)
+    scale = motion.frequencies[0]
+    for t in np.array([0.0, 0.7, -55.0]) / scale:
+        rate = WEIGHTS @ motion(t + 0.1 * np.arange(-4, 5) / scale) * 10.0 * scale
+        expected = gi.derivative(ball, motion(t))
+        np.testing.assert_allclose(rate, expected, rtol=0.0, atol=1e-10 * np.max(np.abs(expected)))
+    assert motion.phase_error(0.0) < 1e-14 < motion.phase_error(1e9 / scale) < 1e-5
 
 
 def test_every_ball_in_the_plane_turns_steadily():
