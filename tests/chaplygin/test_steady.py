@@ -20,7 +20,7 @@ def test_it_is_the_flow(n, attitude, seed):
     np.testing.assert_allclose(motion(-0.3), motion.at_tau([-0.3])[0], rtol=0.0, atol=4e-15)
     scale = motion.frequencies[0]
     for t in np.array([0.0, 0.7, -55.0]) / scale:
-        rate = WEIGHTS @ motion(t + 0.1 * np.arange(-4, 5) / scale) * 10.0 * scale
+        rate = WEIGHTS @ motion(t + 0.02 * np.arange(-4, 5) / scale) * 50.0 * scale
         expected = gi.derivative(ball, motion(t))
         np.testing.assert_allclose(rate, expected, rtol=0.0, atol=1e-10 * np.max(np.abs(expected)))
     assert motion.phase_error(0.0) < 1e-14 < motion.phase_error(1e9 / scale) < 1e-5
