@@ -76,21 +76,6 @@ def test_a_homogeneous_ball_rolls_straight() -> None:
     assert gi.value(ball, "reaction", solution.y[-1]) < 1e-12
 
 
-def test_scales() -> None:
-    """Another unit of mass changes forces and energies, and no velocity."""
-    heavy = ch.Ball(mass=1e3 * MASS, radius=RADIUS, moments=1e3 * MOMENTS).problem()
-    given = {"gamma": [0.48, 0.6, 0.64], "omega_body": [3.0, -4.0, 12.0]}
-    y, z = PROBLEM.state(**given), heavy.state(**given)
-    for name, factor in (
-        ("energy", 1e3),
-        ("reaction", 1e3),
-        ("speed", 1.0),
-        ("omega-space-1", 1.0),
-    ):
-        expected = factor * gi.value(PROBLEM, name, y)
-        assert gi.value(heavy, name, z) == pytest.approx(expected, rel=1e-12)
-
-
 def test_velocities_and_their_frames() -> None:
     attitude = gi.Rotations(3).random(np.random.default_rng(1))["g"]
     y = PROBLEM.state(g=attitude, omega_space=[1.0, 2.0, 3.0])

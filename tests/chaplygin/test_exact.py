@@ -234,22 +234,16 @@ def test_units():
         np.testing.assert_allclose(far[3:] / unit, expected[3:], rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("size", [1e-300, 1e-160, 1e-20, 1e-9])
-def test_components_that_are_all_but_zero(size):
+def test_components_that_are_all_but_zero():
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
-    y = flow_of(problem, [size, 0.5, 0.7], [0.9, -0.8, 1.1])
-    assert_exact(problem, y)
+    for size in (1e-300, 1e-160, 1e-20, 1e-9):
+        assert_exact(problem, flow_of(problem, [size, 0.5, 0.7], [0.9, -0.8, 1.1]))
 
 
-@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6, 1e-8])
-def test_next_to_a_separatrix(distance):
+def test_next_to_a_separatrix():
     """Near a steady turn about the middle axis: right, with the condition, or refused with it."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
-    y = flow_of(problem, [1.0, 0.0, distance], [0.0, distance, 0.2])
-    if distance < 1e-3:
-        with pytest.raises(gi.DomainError, match="condition"):
-            problem.exact(y)
-        return
-    exact = problem.exact(y)
-    run = gi.solve(problem, y, tau_end=10.0, step=0.01, method="gauss-8", progress=False)
-    np.testing.assert_allclose(exact.at_tau(10.0), run.y[-1], atol=1e-14 * exact.condition)
+    assert_exact(problem, flow_of(problem, [1.0, 0.0, 1e-2], [0.0, 1e-2, 0.2]))
+    for distance in (1e-4, 1e-6, 1e-8):
+        with pytest.raises(gi.DomainError, match=r"condition \d"):
+            problem.exact(flow_of(problem, [1.0, 0.0, distance], [0.0, distance, 0.2]))

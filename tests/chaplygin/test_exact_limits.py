@@ -68,15 +68,6 @@ def test_many_nearly_equal_parameters(n, near):
             np.testing.assert_allclose(there.at_tau(-10.0), y, rtol=0, atol=allowed)
 
 
-def test_nearly_equal_parameters_against_integration():
-    for gap in (1e-3, 1e-9, 1e-13, ULP):
-        problem = ch.ChaplyginSphere(nearly_equal(gap, 2, 3), D=4.0).hamiltonized()
-        y = problem.random_state(1)
-        exact = problem.exact(y)
-        run = gi.solve(problem, y, tau_end=3.0, step=0.01, method="gauss-8", progress=False)
-        np.testing.assert_allclose(exact.at_tau(3.0), run.y[-1], rtol=0, atol=5e-14)
-
-
 def test_a_turn_within_a_nearly_equal_group():
     """ℓ² of the size of the gap: another torus, right or refused with the condition."""
     for size in 10.0 ** np.arange(-1.0, -7.0, -0.5):
@@ -325,14 +316,6 @@ def test_nearly_equal_moments_of_the_body(f1):
             tau = exact.tau(3.0)
             allowed = float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
             assert relative(exact(3.0), run.y[-1]) < allowed
-
-
-def test_the_rubber_ball():
-    problem = ch.RubberSphere.from_a([0.8, 0.8 + 1e-13, 1.1], 0.3).hamiltonized()
-    y = problem.random_state(1)
-    exact = problem.exact(y)
-    np.testing.assert_allclose(exact.at_tau(0.0), y, rtol=0, atol=1e-14)
-    assert exact.condition < 20.0
 
 
 def test_a_torus_that_misses_its_state_is_refused(monkeypatch):

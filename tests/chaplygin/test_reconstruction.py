@@ -5,7 +5,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from tests.chaplygin.support import random_special
+from tests.chaplygin.support import pieces, random_special
 
 
 @pytest.mark.parametrize("n", [3, *(pytest.param(n, marks=pytest.mark.nightly) for n in (2, 4, 5))])
@@ -28,20 +28,6 @@ def test_along_the_exact_flow(n):
     np.testing.assert_allclose(eye, np.broadcast_to(np.eye(n), eye.shape), atol=1e-14)
 
 
-@pytest.mark.parametrize("n", [3, pytest.param(4, marks=pytest.mark.nightly)])
-def test_along_a_trajectory_with_momentum(n):
-    """From (k, γ) by an integrator, momentum about the vertical and all; a given attitude."""
-    sphere = ch.ChaplyginSphere(inertia=random_special(n, 3))
-    ball, contact = sphere.ball(), sphere.contact(rho=0.4)
-    start = contact.random_state(5)
-    y = ch.converted(start, contact, ball)
-    g0 = start[contact.slices["g"]].reshape(n, n)
-    finer = gi.solve(contact, start, t_end=8.0, step=0.002, method="dop853", progress=False)
-    run = gi.solve(ball, y, t_end=8.0, step=0.01, method="dop853", save_every=2, progress=False)
-    path = ch.rolled_path(contact, ball, run.t, run.y, g0, start[contact.slices["r"]])
-    np.testing.assert_allclose(path.states[-1], finer.y[-1], rtol=0, atol=1e-12)
-
-
 @pytest.mark.parametrize("momentum", [True, False])
 def test_the_reaction_along_the_exact_motion(momentum):
     """n = 3: algebraic attitude, transported attitude, reaction Λ = m dv/dt."""
@@ -53,8 +39,12 @@ def test_the_reaction_along_the_exact_motion(momentum):
     exact = classical.exact(y)
     path = ch.ContactPath(exact, 0.7)
     t = np.linspace(0.0, 5.0, 500)
-    transported = ch.rolled_path(contact, classical, t, exact(t))
-    np.testing.assert_allclose(path.state(t), transported.states, rtol=0, atol=1e-12)
+    start = pieces(contact, path.state(0.0))
+    ball = sphere.ball()
+    triangles = [ch.converted(z, classical, ball) for z in exact(t)]
+    for problem, states in ((classical, exact(t)), (ball, triangles)):
+        transported = ch.rolled_path(contact, problem, t, states, start["g"], start["r"])
+        np.testing.assert_allclose(path.state(t), transported.states, rtol=0, atol=1e-12)
     h, mass = 1e-2, contact.parameters["m"]
     for at, allowed in ((0.0, 1e-10), (7.3, 1e-10), (1e5, 1e-6)):  # a rounding of t, over h²
         ahead = path.contact(at + h * np.arange(-2, 3))

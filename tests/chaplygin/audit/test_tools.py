@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.paper.algebra import apply, bracket, inner, wedge
+from tests.paper.algebra import wedge
 from tests.paper.calculus import derivative, gradient, nested, nested_gradient
-from tests.paper.motion import ball_motion, constrained_rotation, general_motion
-from tests.paper.particles import Particles
+from tests.paper.motion import ball_motion, constrained_rotation
 from tests.paper.points import sample
 from tests.paper.two_forms import canonical, dirac_brackets, divergence, symplectic_divergence
 
@@ -53,27 +52,6 @@ def test_points_are_admissible_and_reproducible(n):
     assert abs(off.gamma @ off.p) > 0.1
 
 
-@pytest.mark.parametrize("n", DIMENSIONS)
-def test_without_constraints_the_body_turns_as_euler_says(n):
-    point = sample(n, 0)
-    rate = constrained_rotation(point, point.general, point.omega, [])[0]
-    momentum = apply(point.general, point.omega)
-    exact = bracket(momentum, point.omega)
-    assert apply(point.general, rate) == pytest.approx(exact, abs=1e-12)
-
-
-@pytest.mark.parametrize("n", DIMENSIONS)
-def test_the_ball_rolls_and_keeps_its_energy(n):
-    point = sample(n, 0)
-    moving = general_motion(point)
-    g_dot = point.g @ moving.omega
-    Omega_dot = g_dot @ moving.omega @ point.g.T + point.g @ moving.omega @ g_dot.T
-    Omega_dot = Omega_dot + point.g @ moving.omega_dot @ point.g.T
-    assert moving.V_dot == pytest.approx(point.rho * Omega_dot @ point.Gamma, abs=1e-12)
-    power = inner(apply(point.general, moving.omega), moving.omega_dot)
-    assert power + point.m * moving.V @ moving.V_dot == pytest.approx(0.0, abs=1e-12)
-
-
 def test_the_reaction_matters():
     """A ball that slides freely moves otherwise: the constraint is felt."""
     point = sample(4, 0)
@@ -82,14 +60,6 @@ def test_the_reaction_matters():
     free = constrained_rotation(point, point.general, point.omega, [])[0]
     assert light.omega_dot == pytest.approx(free, abs=1e-6)
     assert np.max(np.abs(heavy.omega_dot - free)) > 0.1
-
-
-def test_particles_satisfy_their_constraints():
-    system = Particles(sample(4, 0))
-    rate, _ = system.newton()
-    assert system.constraints(system.q) @ system.v == pytest.approx(0.0, abs=1e-13)
-    turning = derivative(lambda q: system.constraints(q) @ system.v, system.q, system.v)
-    assert system.constraints(system.q) @ rate + turning == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("n", DIMENSIONS)
