@@ -47,10 +47,6 @@ def evaluated(problem: gi.Problem, f: Any, y: Any, rows: int = 0) -> Any:
     return out.view(np.ndarray) if rows else value
 
 
-def field_of(problem: gi.Problem, y: Any) -> Any:
-    return evaluated(problem, problem.field, y, problem.rows)
-
-
 def generator_of(problem: gi.Problem, y: Any) -> Any:
     """Return the algebra element of the problem's action form."""
     return evaluated(problem, problem.action.generator, y, problem.action.group.algebra_rows)
@@ -58,12 +54,6 @@ def generator_of(problem: gi.Problem, y: Any) -> Any:
 
 def value_of(problem: gi.Problem, name: str, y: Any) -> Any:
     return evaluated(problem, problem.diagnostics[name], y)
-
-
-def central(f: Any, y: Any, direction: Any) -> Any:
-    """Return the derivative of a function along a direction, by a difference in 40 digits."""
-    y, h = extended(y), mp.mpf("1e-15")
-    return (f(y + h * direction) - f(y - h * direction)) / (2 * h)
 
 
 def close(x: Any, y: Any, size: float = 1.0) -> None:

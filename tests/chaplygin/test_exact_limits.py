@@ -258,7 +258,7 @@ def test_states_of_any_size(n):
     assert found > 20
 
 
-def test_balls_of_any_momentum_and_nearly_parallel_vectors():
+def test_balls_of_any_momentum():
     ball = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
     body = ch.Veselova([0.8, 1.1, 1.5], 1.3).classical(0.0)
     gamma = np.array([0.48, 0.6, 0.64])
@@ -268,16 +268,6 @@ def test_balls_of_any_momentum_and_nearly_parallel_vectors():
             z = problem.exact(y).at_tau(0.0)
             np.testing.assert_allclose(z[:3] / unit, y[:3] / unit, rtol=0, atol=1e-12)
             np.testing.assert_allclose(z[3:], gamma, rtol=0, atol=1e-12)
-    found = 0
-    for apart in 10.0 ** np.arange(-1.0, -8.0, -0.5):
-        y = np.r_[-2.0 * gamma + apart * np.array([0.8, 0.0, -0.6]), gamma]
-        try:
-            z = ball.exact(y).at_tau(0.0)
-        except gi.DomainError:
-            continue
-        np.testing.assert_allclose(z, y, rtol=0, atol=1e-12)
-        found += 1
-    assert 0 < found < 13
 
 
 @pytest.mark.parametrize("form", ["ball", pytest.param("body", marks=pytest.mark.nightly)])

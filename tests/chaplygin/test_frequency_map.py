@@ -42,35 +42,18 @@ def test_actions_are_the_same_all_along_a_motion():
 
 
 def test_the_map_of_a_family():
-    """States next to a separatrix are refused, one by one; rotation numbers do not depend on size."""
+    """States next to a separatrix are refused, one by one; steady ones have one frequency."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
     states = [problem.random_state(seed) for seed in range(3)]
     states += [np.concatenate([states[0][:3], 7.0 * states[0][3:]])]
-    states += [problem.state(gamma=[1.0, 0.0, 0.0], p_tilde=[0.0, 1e-7, 0.2])]
+    states += [problem.state(gamma=[1.0, 0, 0], p_tilde=[0, *p]) for p in ([1e-7, 0.2], [1.0, 0])]
     found = ch.frequency_map(problem, states)
-    assert found.frequencies.shape == (5, 2)
+    assert found.frequencies.shape == (6, 2)
     assert list(found.refused) == [4]
     assert np.isnan(found.frequencies[4]).all()
+    np.testing.assert_array_equal(np.isnan(found.frequencies[5]), [False, True])
     np.testing.assert_allclose(found.rotation_numbers[3], found.rotation_numbers[0], rtol=1e-12)
     np.testing.assert_allclose(found.frequencies[3], 7.0 * found.frequencies[0], rtol=1e-12)
-
-
-def test_tori_of_different_dimensions():
-    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
-    states = [problem.random_state(1), problem.state(gamma=[1.0, 0, 0], p_tilde=[0, 1.0, 0])]
-    found = ch.frequency_map(problem, states).frequencies
-    assert np.isfinite(found[0]).all()
-    assert np.isfinite(found[1, 0])
-    assert np.isnan(found[1, 1])
-
-
-def test_resonances_of_nonsense():
-    for omega in (1.0, [[1.0, 2.0]], [np.nan, 1.0], [0.0, 0.0]):
-        with pytest.raises(gi.DomainError, match="omega"):
-            ch.resonances(omega, 2)
-    with pytest.raises(gi.DomainError, match="order"):
-        ch.resonances([1.0, 2.0], 2.5)
-    assert ch.resonances([1e200, 2e200], 2) == [(2, -1)]
 
 
 def test_resonances():
@@ -78,6 +61,12 @@ def test_resonances():
     assert ch.resonances([1.0, 1.0, 2.0], 1) == [(1, -1, 0), (1, 1, -1)]
     assert (2, 0, -1) in ch.resonances([1.0, 1.0, 2.0], 2)
     assert ch.resonances([1.0, np.sqrt(2.0)], 50) == []
+    assert ch.resonances([1e200, 2e200], 2) == [(2, -1)]
+    for omega in (1.0, [[1.0, 2.0]], [np.nan, 1.0], [0.0, 0.0]):
+        with pytest.raises(gi.DomainError, match="omega"):
+            ch.resonances(omega, 2)
+    with pytest.raises(gi.DomainError, match="order"):
+        ch.resonances([1.0, 2.0], 2.5)
 
 
 def test_critical_energies():

@@ -10,22 +10,8 @@ from hypothesis import given, strategies as st
 
 import chaplygin as ch
 import geomint as gi
-from tests.chaplygin.support import (
-    Rows,
-    allowed_part,
-    close,
-    dimensions,
-    generator_of,
-    kinds,
-    of_operator,
-    of_parameters,
-    operator_of,
-    random_body,
-    random_tangent,
-    random_triangle,
-    rng_for,
-    seeds,
-)
+from tests.chaplygin import support
+from tests.chaplygin.support import close, dimensions, kinds, seeds
 
 TO_T = {"sphere-reduced", "body-reduced"}
 
@@ -44,7 +30,7 @@ def polynomial(a, minors, squares):
 @given(dimensions, st.integers(1, 3), seeds)
 def test_integrals_are_coefficients_of_polynomials(n, equal, seed):
     """r_k, N_k and F_k by their definitions, for equal a_i too; energies and linear integrals."""
-    for name, problem in of_parameters(n, seed, min(equal, n)).items():
+    for name, problem in support.of_parameters(n, seed, min(equal, n)).items():
         a = np.array(problem.parameters["a"])
         y = problem.random_state(seed)
         q, p = y[:n], y[n:]
@@ -110,7 +96,7 @@ def canonical(f, g):
 @given(st.integers(3, 7), seeds)
 def test_the_integrals_commute_and_are_independent(n, seed):
     """All Dirac brackets vanish, of n − 1 integrals whose differentials are independent."""
-    for name, problem in of_parameters(n, seed).items():
+    for name, problem in support.of_parameters(n, seed).items():
         if problem.hamiltonian is None:
             continue
         y = problem.random_state(seed)
@@ -140,10 +126,15 @@ def test_what_is_kept_off_the_manifold(n, kind, seed):
 
     Constraints that are differentiated, and frames, hold on the manifold only.
     """
-    for name, problem in {**of_operator(kind, n, seed), **of_parameters(n, seed)}.items():
+    for name, problem in {
+        **support.of_operator(kind, n, seed),
+        **support.of_parameters(n, seed),
+    }.items():
         if {"g", "omega", "w"} & problem.slices.keys() or problem.rows > 30:
             continue
-        y = problem.random_state(seed) * rng_for(n, seed + 31).uniform(0.6, 1.5, problem.rows)
+        y = problem.random_state(seed) * support.rng_for(n, seed + 31).uniform(
+            0.6, 1.5, problem.rows
+        )
         velocity, kept = gi.derivative(problem, y), {"energy", "norm", "tangency", "constraint"}
         kept |= {"ellipsoid"} | ({"K"} if "hamiltonized" not in name else set())
         for quantity in kept & problem.diagnostics.keys():
@@ -154,16 +145,16 @@ def test_what_is_kept_off_the_manifold(n, kind, seed):
 
 @given(dimensions, kinds, seeds)
 def test_omega_depends_on_the_direction_of_gamma_alone(n, kind, seed):
-    problem = ch.ball_problem(*operator_of(kind, n, seed))
-    y = problem.state(gamma=random_tangent(n, seed)[0], k=random_triangle(n, seed))
+    problem = ch.ball_problem(*support.operator_of(kind, n, seed))
+    y = problem.state(gamma=support.random_tangent(n, seed)[0], k=support.random_triangle(n, seed))
     longer = np.concatenate([y[:-n], 3.7 * y[-n:]])
-    close(generator_of(problem, longer), generator_of(problem, y), 10)
+    close(support.generator_of(problem, longer), support.generator_of(problem, y), 10)
 
 
 @given(dimensions, seeds)
 def test_hamiltonian_forms_off_the_manifold(n, seed):
     """The gradients are those of H and c (q, p)(q, Bp), whose hidden constraint is (q, p) = 0."""
-    a, D = random_body(n, seed).a, random_body(n, seed).D
+    a, D = support.random_body(n, seed).a, support.random_body(n, seed).D
     largest = 1.3 * np.max(a) ** 2
     one = np.ones(n)
     for problem, c, b in (
@@ -172,17 +163,17 @@ def test_hamiltonian_forms_off_the_manifold(n, seed):
         (ch.clebsch_problem(a, -0.7, 0.4, 1.1), 0.5, one),
         (ch.ellipsoid_problem(a), 0.0, one),
     ):
-        y = rng_for(n, seed + 41).normal(size=2 * n)
+        y = support.rng_for(n, seed + 41).normal(size=2 * n)
         q, p = y[:n], y[n:]
-        form, params = problem.hamiltonian, problem.params.view(Rows)
-        dq, dp, g, G = (np.zeros(size).view(Rows) for size in (n, n, 1, n))
-        work = np.zeros(problem.work).view(Rows)
-        form.gradients(params, 0.0, q.view(Rows), p.view(Rows), dq, dp, work)
+        form, params = problem.hamiltonian, problem.params.view(support.Rows)
+        dq, dp, g, G = (np.zeros(size).view(support.Rows) for size in (n, n, 1, n))
+        work = np.zeros(problem.work).view(support.Rows)
+        form.gradients(params, 0.0, q.view(support.Rows), p.view(support.Rows), dq, dp, work)
         along, weighted = q @ p, q @ (b * p)
         more = c * np.concatenate([p * weighted + along * b * p, q * weighted + along * b * q])
         expected = gi.gradient(problem, "energy", y) + more
         close(np.concatenate([dq, dp]), expected, 100 * max(1.0, np.max(np.abs(expected))))
-        form.constraint(params, q.view(Rows), g, G, work)
+        form.constraint(params, q.view(support.Rows), g, G, work)
         metric = 1 / a if problem.name == "ellipsoid" else one
         close([g[0], *G], [0.5 * (q @ (metric * q) - 1.0), *(metric * q)], 10)
         assert form.separable == (problem.name == "ellipsoid")
@@ -191,7 +182,7 @@ def test_hamiltonian_forms_off_the_manifold(n, seed):
 @given(dimensions, seeds)
 def test_geodesics_and_neumanns_motion_are_newtonian(n, seed):
     """ẍ and the force differ by a normal; the field, off the manifold too, keeps the surface."""
-    of = of_parameters(n, seed)
+    of = support.of_parameters(n, seed)
     a = np.array(of["ellipsoid"].parameters["a"])
     for name, force, normal in (("ellipsoid", 0 * a, 1 / a), ("neumann", -1.3 * a, 1 + 0 * a)):
         y = of[name].random_state(seed)
@@ -205,7 +196,7 @@ def test_geodesics_and_neumanns_motion_are_newtonian(n, seed):
 @given(dimensions, kinds, seeds)
 def test_constraints_measure_how_much_is_wrong(n, kind, seed):
     """Slip, twist, what a velocity has that is forbidden, and how far γ is from the last row of g."""
-    of, rng = of_operator(kind, n, seed), rng_for(n, seed + 5)
+    of, rng = support.of_operator(kind, n, seed), support.rng_for(n, seed + 5)
     triangle, vector = rng.normal(size=n * (n - 1) // 2), rng.normal(size=n)
     wrong = [("rolling", "rolling", "v", vector[1:]), ("contact", "vertical", "gamma", vector)]
     if n > 2:
@@ -213,7 +204,7 @@ def test_constraints_measure_how_much_is_wrong(n, kind, seed):
             ("rubber", "twist", "omega", slice(-n, None)),
             ("lr-1", "forbidden", "w", slice(0, n)),
         ):
-            away = triangle - allowed_part(
+            away = triangle - support.allowed_part(
                 of[name].random_state(seed)[of[name].slices["g"]][rows], triangle
             )
             wrong.append((name, constraint, piece, away))
@@ -221,7 +212,7 @@ def test_constraints_measure_how_much_is_wrong(n, kind, seed):
         y = of[name].random_state(seed)
         y[of[name].slices[piece]] += off
         assert gi.value(of[name], constraint, y) == pytest.approx(np.linalg.norm(off), rel=1e-11)
-    of = of_parameters(n, seed)
+    of = support.of_parameters(n, seed)
     longer = 1.1 * of["ellipsoid"].random_state(seed)
     assert gi.value(of["ellipsoid"], "ellipsoid", longer) == pytest.approx(0.21, rel=1e-12)
     for name in ("body-classical", "body-multiplier") if n == 3 else ():

@@ -13,22 +13,8 @@ from hypothesis import given, strategies as st
 
 import chaplygin as ch
 import geomint as gi
-from tests.chaplygin.support import (
-    allowed_part,
-    close,
-    dimensions,
-    kinds,
-    operator_of,
-    pieces,
-    quiet_state,
-    random_body,
-    random_rotation,
-    random_tangent,
-    random_triangle,
-    rng_for,
-    seeds,
-    triangle_of,
-)
+from tests.chaplygin import support
+from tests.chaplygin.support import close, dimensions, kinds, seeds
 from tests.rows import examples
 
 WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
@@ -51,7 +37,7 @@ def physical_rate(problem, y):
 def same_motion(problems, start):
     """All problems at the same physical state have the same rates of it, in physical time."""
     first = problems[0]
-    y = quiet_state(first, **start)
+    y = support.quiet_state(first, **start)
     common = first.physical_state(y)
     expected = physical_rate(first, y)
     size = np.max(np.abs(expected))
@@ -74,7 +60,7 @@ def same_motion(problems, start):
 @given(dimensions, kinds, seeds)
 def test_ball_with_any_momentum(n, kind, seed):
     """(g, r, ω, v), (k, γ, g, r), (k, g), (k, γ, g), (k, γ), and vectors, in t and τ."""
-    inertia, D = operator_of(kind, n, seed)
+    inertia, D = support.operator_of(kind, n, seed)
     m, rho = D / 0.7**2, 0.7
     problems = [
         ch.rolling_problem(inertia, m, rho),
@@ -83,16 +69,16 @@ def test_ball_with_any_momentum(n, kind, seed):
         ch.ball_problem(inertia, D, True),
         ch.ball_problem(inertia, D),
     ]
-    g, omega = random_rotation(n, seed), random_triangle(n, seed)
+    g, omega = support.random_rotation(n, seed), support.random_triangle(n, seed)
     if n == 3:
         problems += [ch.classical_problem(inertia, D, attitude) for attitude in (False, True)]
         problems.append(ch.poisson_problem(inertia, D))
     same_motion(problems, {"g": g, "omega": omega})
     if n == 3:  # vectors take k as such
-        x, gamma = rng_for(3, seed).normal(size=3), g[-1]
+        x, gamma = support.rng_for(3, seed).normal(size=3), g[-1]
         ball, vectors = problems[4], problems[5]
-        y = quiet_state(vectors, gamma=gamma, k=x)
-        z = quiet_state(ball, gamma=gamma, k=triangle_of(x))
+        y = support.quiet_state(vectors, gamma=gamma, k=x)
+        z = support.quiet_state(ball, gamma=gamma, k=support.triangle_of(x))
         close(gi.derivative(vectors, y)[3:], gi.derivative(ball, z)[3:], 30)
         area, momentum = gi.value(vectors, "area", y), gi.value(ball, "momentum", z)
         assert area == pytest.approx(x @ gamma, rel=1e-12, abs=1e-13)
@@ -102,8 +88,8 @@ def test_ball_with_any_momentum(n, kind, seed):
 @given(dimensions, kinds, seeds)
 def test_ball_without_momentum(n, kind, seed):
     """Down to T*S^(n−1), in t and, with the special operator, in τ."""
-    inertia, D = operator_of(kind, n, seed)
-    gamma, p = random_tangent(n, seed)
+    inertia, D = support.operator_of(kind, n, seed)
+    gamma, p = support.random_tangent(n, seed)
     problems = [ch.ball_problem(inertia, D), ch.reduced_problem(inertia, D)]
     if kind == "special":
         problems.append(ch.hamiltonized_problem(inertia))
@@ -119,17 +105,17 @@ def test_ball_without_momentum(n, kind, seed):
 @examples(6)
 def test_veselovas_problem_for_every_r(n, kind, seed):
     """(g, w) with multipliers and (X, P) on T*V(n, r)."""
-    inertia, _ = operator_of(kind, n, seed)
-    r, g = 1 + seed % (n - 1), random_rotation(n, seed)
+    inertia, _ = support.operator_of(kind, n, seed)
+    r, g = 1 + seed % (n - 1), support.random_rotation(n, seed)
     body = ch.VeselovaLR(inertia, r)
-    w = allowed_part(g[:r], random_triangle(n, seed))
+    w = support.allowed_part(g[:r], support.random_triangle(n, seed))
     same_motion([body.lr(), body.stiefel()], {"g": g, "w": w})
 
 
 @given(dimensions, seeds)
 def test_veselovas_problem_in_closed_form(n, seed):
     """r = 1 and 𝓘_ij = 1/(a_i a_j): T*S^(n−1) in t and τ; at n = 3 vectors with f₁ = 0."""
-    body, (gamma, p) = random_body(n, seed), random_tangent(n, seed)
+    body, (gamma, p) = support.random_body(n, seed), support.random_tangent(n, seed)
     problems = [ch.VeselovaLR.from_a(body.a, 1).stiefel(), body.reduced(), body.hamiltonized()]
     if n == 3:
         problems += [body.classical(), body.multiplier()]
@@ -140,12 +126,12 @@ def test_veselovas_problem_in_closed_form(n, seed):
 @pytest.mark.parametrize("f1", [0.4, -0.7])
 def test_both_printed_forms_of_the_classical_problem(f1):
     """(w⃗, γ⃗) with λ, eqs. (3.1), (la), and (K⃗, γ⃗), eq. (3.2)."""
-    body, (gamma, p) = random_body(3), random_tangent(3)
+    body, (gamma, p) = support.random_body(3), support.random_tangent(3)
     problems = [body.multiplier(f1), body.classical(f1)]
     same_motion(problems, {"gamma": gamma, "k": np.cross(p, gamma) + f1 * gamma})
     printed, moments = problems[0], body.a / np.prod(body.a)
-    y = quiet_state(printed, gamma=gamma, k=np.cross(p, gamma) + f1 * gamma)
-    w, rate = (pieces(printed, z)["w"] for z in (y, gi.derivative(printed, y)))
+    y = support.quiet_state(printed, gamma=gamma, k=np.cross(p, gamma) + f1 * gamma)
+    w, rate = (support.pieces(printed, z)["w"] for z in (y, gi.derivative(printed, y)))
     expected = np.cross(moments * w, w) + gi.value(printed, "multiplier", y) * gamma
     np.testing.assert_allclose(moments * rate, expected, atol=1e-13)
 
@@ -154,13 +140,13 @@ def test_both_printed_forms_of_the_classical_problem(f1):
 @examples(6)
 def test_rubber_ball_is_the_veselova_problem(n, kind, seed):
     """Of the operator I + D: the reactions do not enter."""
-    inertia, D = operator_of(kind, n, seed)
-    ball, (gamma, p) = ch.RubberSphere(inertia, D), random_tangent(n, seed)
+    inertia, D = support.operator_of(kind, n, seed)
+    ball, (gamma, p) = ch.RubberSphere(inertia, D), support.random_tangent(n, seed)
     same_motion(
         [ball.rolling(rho=0.7), ball.reduced(), ch.VeselovaLR(ball.total, 1).stiefel()],
         {"gamma": gamma, "p": p},
     )
-    a = 0.4 * random_body(n, seed).a
+    a = 0.4 * support.random_body(n, seed).a
     special = ch.RubberSphere.from_a(a, 1.2)
     close(special.body().a, a if n > 2 else np.sqrt(a[0] * a[1]))
     same_motion([special.reduced(), special.hamiltonized()], {"gamma": gamma, "p": p})

@@ -5,7 +5,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from tests.chaplygin.support import pieces, random_special
+from tests.chaplygin.support import pieces, random_rotation, random_special
 
 
 @pytest.mark.parametrize("n", [3, *(pytest.param(n, marks=pytest.mark.nightly) for n in (2, 4, 5))])
@@ -16,7 +16,11 @@ def test_along_the_exact_flow(n):
     exact = reduced.exact(reduced.random_state(2))
     turn = 1.0 / np.max(np.abs(exact.mean_frequencies))
     t = np.linspace(0.0, -30 * turn, 1200)
-    path = ch.rolled_path(contact, reduced, t, exact(t), r0=np.arange(n - 1.0))
+    upright = pieces(contact, ch.converted(exact(0.0), reduced, contact))["g"].reshape(n, n)
+    g0 = np.eye(n)
+    g0[:-1, :-1] = random_rotation(n - 1)  # about the vertical
+    path = ch.rolled_path(contact, reduced, t, exact(t), g0 @ upright, np.arange(n - 1.0))
+    np.testing.assert_allclose(path.attitude[0], g0 @ upright, atol=1e-15)
     assert path.error < 1e-12
     np.testing.assert_allclose(path.contact[0], np.arange(n - 1.0))
     run = gi.solve(

@@ -2,11 +2,11 @@
 
 import mpmath
 import numpy as np
-import pytest
 from hypothesis import given, strategies as st
 
 import chaplygin as ch
-from tests.chaplygin.support import generator_of, seeds
+from tests.chaplygin.support import flat_wedge, generator_of, seeds
+from tests.rows import examples
 
 mp = mpmath.mp.clone()
 mp.dps = 60
@@ -37,36 +37,28 @@ def exact_omega(operator, k, gamma):
 
 
 @given(st.integers(2, 5), RATIOS, seeds, st.booleans())
+@examples(20)
 def test_no_cancellation(n, ratio, seed, turning):
-    """Without momentum, k = γ∧p, the sum of large terms was worst, by 2e-4 at 1e12."""
+    """Without momentum, k = γ∧p, n = 3, the sum of large terms was worst, by 2e-4 at 1e12.
+
+    For n > 3 what roundings leave of momentum there matters as much as p.
+    """
     rng = np.random.default_rng([n, seed])
     gamma, p = rng.normal(size=(2, n))
     gamma /= np.linalg.norm(gamma)
-    i, j = np.triu_indices(n, 1)
-    k = rng.normal(size=len(i)) if turning else gamma[i] * p[j] - p[i] * gamma[j]
+    k = rng.normal(size=n * (n - 1) // 2) if turning or n > 3 else flat_wedge(gamma, p)
     operator = inertia(n, ratio)
     right = exact_omega(operator, k, gamma)
-    y = np.concatenate([k, gamma])
-    found = -generator_of(ch.ball_problem(operator, operator.D), y)
-    # The closed form serves up to some ratio, and loses a few digits there.
-    assert np.max(np.abs(found - right)) < 4e-14 * np.max(np.abs(right))
+    found = -generator_of(ch.ball_problem(operator, operator.D), np.concatenate([k, gamma]))
+    assert np.max(np.abs(found - right)) < 4e-15 * np.max(np.abs(right))
     if n == 3:
-        vectors = np.array([-k[2], k[1], -k[0]]), gamma
-        problem = ch.classical_problem(operator, operator.D)
-        found = -generator_of(problem, np.concatenate(vectors))
-        expected = np.array([-right[2], right[1], -right[0]])
-        assert np.max(np.abs(found - expected)) < 4e-14 * np.max(np.abs(right))
+        y = np.concatenate([vector_of(k), gamma])
+        found = -generator_of(ch.classical_problem(operator, operator.D), y)
+        assert np.max(np.abs(found - vector_of(right))) < 4e-15 * np.max(np.abs(right))
 
 
-@pytest.mark.parametrize("ratio", [1e4, 1e12])
-def test_no_digits_are_lost_at_a_large_spread(ratio):
-    for n in (3, 4, 5):
-        operator, rng = inertia(n, ratio), np.random.default_rng([n, 1])
-        gamma, k = rng.normal(size=n), rng.normal(size=n * (n - 1) // 2)
-        gamma /= np.linalg.norm(gamma)
-        right = exact_omega(operator, k, gamma)
-        found = -generator_of(ch.ball_problem(operator, operator.D), np.concatenate([k, gamma]))
-        assert np.max(np.abs(found - right)) < 4e-15 * np.max(np.abs(right))
+def vector_of(triangle):
+    return np.array([-triangle[2], triangle[1], -triangle[0]])
 
 
 @given(RATIOS, st.sampled_from([0.0, 0.3]), seeds)

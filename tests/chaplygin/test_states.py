@@ -8,27 +8,8 @@ from hypothesis import assume, given, strategies as st
 
 import chaplygin as ch
 import geomint as gi
-from tests.chaplygin.support import (
-    close,
-    dimensions,
-    flat_wedge,
-    generator_of,
-    kinds,
-    operator_of,
-    pieces,
-    quiet_state,
-    random_body,
-    random_diagonal,
-    random_direction,
-    random_full,
-    random_rotation,
-    random_special,
-    random_tangent,
-    random_triangle,
-    seeds,
-    triangle_of,
-    value_of,
-)
+from tests.chaplygin import support
+from tests.chaplygin.support import close, dimensions, kinds, seeds
 from tests.paper.algebra import skew
 from tests.rows import examples
 
@@ -43,15 +24,15 @@ def of_plane(make, n, seed=0):
     inertia = make(n, seed)
     m = getattr(inertia, "D", 1.3) / RHO**2
     given = {
-        "g": random_rotation(n, seed),
+        "g": support.random_rotation(n, seed),
         "r": np.arange(1.0, n),
-        "omega": random_triangle(n, seed),
+        "omega": support.random_triangle(n, seed),
     }
     problems = ch.rolling_problem(inertia, m, RHO), ch.contact_problem(inertia, m, RHO)
-    return problems, given, [quiet_state(problem, **given) for problem in problems]
+    return problems, given, [support.quiet_state(problem, **given) for problem in problems]
 
 
-ROLLING, CONTACT = of_plane(random_diagonal, 3)[0]
+ROLLING, CONTACT = of_plane(support.random_diagonal, 3)[0]
 
 
 # --- all ways to give one -------------------------------------------------------------------------
@@ -60,10 +41,10 @@ ROLLING, CONTACT = of_plane(random_diagonal, 3)[0]
 @given(dimensions, kinds, seeds)
 def test_all_momenta_name_the_same_state(n, kind, seed):
     """k, ω, p and p̃ at zero momentum, as triangles, matrices and vectors; γ or an attitude."""
-    inertia, D = operator_of(kind, n, seed)
-    (gamma, p), m = random_tangent(n, seed), D / RHO**2
-    ball, k = ch.ball_problem(inertia, D), flat_wedge(gamma, p)
-    omega = -generator_of(ball, quiet_state(ball, gamma=gamma, k=k))
+    inertia, D = support.operator_of(kind, n, seed)
+    (gamma, p), m = support.random_tangent(n, seed), D / RHO**2
+    ball, k = ch.ball_problem(inertia, D), support.flat_wedge(gamma, p)
+    omega = -support.generator_of(ball, support.quiet_state(ball, gamma=gamma, k=k))
     ways = [{"p": p}, {"k": k}, {"omega": omega}, {"k": skew(k, n)}, {"omega": skew(omega, n)}]
     problems = [ch.reduced_problem(inertia, D), ball, ch.ball_problem(inertia, D, True)]
     flat = [make(inertia, m, RHO) for make in (ch.rolling_problem, ch.contact_problem)]
@@ -72,47 +53,49 @@ def test_all_momenta_name_the_same_state(n, kind, seed):
         problems.append(ch.hamiltonized_problem(inertia))
     for problem in [*problems, *flat]:
         for way in ways:
-            y = quiet_state(problem, gamma=gamma, **way)
+            y = support.quiet_state(problem, gamma=gamma, **way)
             physical = problem.physical_state(y)
             np.testing.assert_allclose(physical["k"], k, rtol=0, atol=1e-12)
             close(physical["gamma"], gamma)
     for problem in flat:
-        y = quiet_state(problem, gamma=gamma, p=p)
-        g = pieces(problem, y)["g"].reshape(n, n)
-        close(quiet_state(problem, g=g, p=p), y)
-        close(quiet_state(problem, gamma=gamma, g=g, p=p), y)
+        y = support.quiet_state(problem, gamma=gamma, p=p)
+        g = support.pieces(problem, y)["g"].reshape(n, n)
+        close(support.quiet_state(problem, g=g, p=p), y)
+        close(support.quiet_state(problem, gamma=gamma, g=g, p=p), y)
         np.testing.assert_array_equal(problem.canonical(y), y)
-        assert value_of(problem, "contact-1", y) == 0.0
+        assert support.value_of(problem, "contact-1", y) == 0.0
     if n == 3:
         vectors = {"k": np.cross(p, gamma), "omega": [omega[2] * -1, omega[1], -omega[0]]}
         for name, vector in vectors.items():
             problem = ch.classical_problem(inertia, D)
-            y = quiet_state(problem, gamma=gamma, **{name: vector})
+            y = support.quiet_state(problem, gamma=gamma, **{name: vector})
             np.testing.assert_allclose(problem.physical_state(y)["k"], k, rtol=0, atol=1e-12)
 
 
 def test_states_of_a_body_from_every_component():
-    body, (gamma, p) = random_body(3), random_tangent(3)
-    w = flat_wedge(gamma, body.a * p) / (gamma @ (gamma / body.a))
+    body, (gamma, p) = support.random_body(3), support.random_tangent(3)
+    w = support.flat_wedge(gamma, body.a * p) / (gamma @ (gamma / body.a))
     clock = body.D * np.sqrt(gamma @ (gamma / body.a))
-    flat = {"p": p, "p_tilde": p / clock, "k": flat_wedge(gamma, p), "w": w}
+    flat = {"p": p, "p_tilde": p / clock, "k": support.flat_wedge(gamma, p), "w": w}
     for problem in (body.reduced(), body.hamiltonized(), body.classical()):
         for name, value in flat.items():
             vector = problem.name == "veselova-classical" and name in ("k", "w")
-            y = quiet_state(problem, gamma=gamma, **{name: skew(value, 3) if vector else value})
-            close(problem.physical_state(y)["k"], flat_wedge(gamma, p), 10)
+            y = support.quiet_state(
+                problem, gamma=gamma, **{name: skew(value, 3) if vector else value}
+            )
+            close(problem.physical_state(y)["k"], support.flat_wedge(gamma, p), 10)
 
 
 @given(dimensions, kinds, seeds)
 def test_omega_is_kept_to_the_bit(n, kind, seed):
     (rolling, contact), given, (y, z) = of_plane(
-        lambda n, seed: operator_of(kind, n, seed)[0], n, seed
+        lambda n, seed: support.operator_of(kind, n, seed)[0], n, seed
     )
-    part = pieces(rolling, y)
+    part = support.pieces(rolling, y)
     np.testing.assert_array_equal(part["omega"], given["omega"])
     np.testing.assert_array_equal(part["r"], given["r"])
-    np.testing.assert_array_equal(quiet_state(rolling, **given, v=part["v"]), y)
-    omega = -generator_of(contact, z)[: len(given["omega"])]
+    np.testing.assert_array_equal(support.quiet_state(rolling, **given, v=part["v"]), y)
+    omega = -support.generator_of(contact, z)[: len(given["omega"])]
     close(omega, given["omega"], 100 * max(1.0, np.max(np.abs(given["omega"]))))
 
 
@@ -129,8 +112,8 @@ def test_an_attitude_is_the_smallest_rotation(n, seed, tilt, sign):
     gamma /= np.sqrt(gamma @ gamma)
     contact = ch.ChaplyginSphere.homogeneous(n, 1.0, 2.0).contact(rho=1.0)
     y = contact.state(gamma=gamma, k=np.zeros(n * (n - 1) // 2))
-    g = pieces(contact, y)["g"].reshape(n, n)
-    np.testing.assert_array_equal(g[-1], pieces(contact, y)["gamma"])
+    g = support.pieces(contact, y)["g"].reshape(n, n)
+    np.testing.assert_array_equal(g[-1], support.pieces(contact, y)["gamma"])
     close(g @ g.T, np.eye(n))
     close(g @ gamma, np.eye(n)[-1])
     assert np.linalg.det(g) == pytest.approx(1.0, abs=1e-14)
@@ -151,8 +134,8 @@ def test_projection_is_announced_with_its_size(problem):
     gamma, p = np.array([1, 2, 3]) / np.sqrt(14), np.array([1.8, -3.0, 1.2])
     p = p - (gamma @ p) * gamma
     close(problem.physical_state(y)["gamma"], gamma)
-    close(problem.physical_state(y)["k"], flat_wedge(gamma, p))
-    gamma, p = random_tangent(3)
+    close(problem.physical_state(y)["k"], support.flat_wedge(gamma, p))
+    gamma, p = support.random_tangent(3)
     for defect in (1e-12, 1e-9, 1e-4):  # what is named is projected from round-off on
         with pytest.warns(gi.GeomintWarning, match=r"\|p\| is "):
             y = problem.state(gamma=gamma, p=p + defect * np.linalg.norm(p) * gamma)
@@ -179,7 +162,7 @@ def test_any_direction_and_any_scale(gamma, p, size, scale):
         again, q = y[:3], y[3:] / np.max(np.abs(y[3:]))
         assert abs(again @ again - 1.0) < 2e-13
         assert abs(again @ q) < 2e-13
-        expected = flat_wedge(direction, momentum) / np.linalg.norm(direction)
+        expected = support.flat_wedge(direction, momentum) / np.linalg.norm(direction)
         got = problem.physical_state(y)["k"] / 10.0**scale
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=2e-13)
         np.testing.assert_array_equal(problem.canonical(y), y)
@@ -201,7 +184,7 @@ def test_anything_else_is_an_error_with_a_name(gamma, p):
         else:
             refused = ""
             assert np.isfinite(y).all()
-            assert abs(value_of(problem, "norm", y)) < 1e-13
+            assert abs(support.value_of(problem, "norm", y)) < 1e-13
         assert refused in ("", "gamma", "p", "state")
 
 
@@ -213,8 +196,8 @@ def test_flat_states(problem, defect, scale):
     """|γ|² − 1 or (γ, p)/|p|: left as it is, repaired with a warning, or refused."""
 
     def flat(size):
-        gamma, p = random_tangent(3)
-        y = quiet_state(problem, gamma=gamma, p=p)
+        gamma, p = support.random_tangent(3)
+        y = support.quiet_state(problem, gamma=gamma, p=p)
         if defect == "tangency":
             y[3:] += size * np.linalg.norm(y[3:]) * y[:3]
         else:
@@ -234,9 +217,9 @@ def test_flat_states(problem, defect, scale):
 
 
 def test_momentum_near_zero_is_projected():
-    gamma, p = random_tangent(4)
-    sphere = ch.ChaplyginSphere(inertia=random_special(4))
-    k, other = flat_wedge(gamma, p), flat_wedge(*random_tangent(4, 9))
+    gamma, p = support.random_tangent(4)
+    sphere = ch.ChaplyginSphere(inertia=support.random_special(4))
+    k, other = support.flat_wedge(gamma, p), support.flat_wedge(*support.random_tangent(4, 9))
     with pytest.warns(gi.GeomintWarning, match="pr k"):
         sphere.reduced().state(gamma=gamma, k=k + 1e-9 * other)
     with pytest.raises(gi.DomainError, match="zero SO"):
@@ -257,10 +240,15 @@ def test_rest_is_a_state():
     "problem", [SPHERE.ball(True), SPHERE.classical(True)], ids=lambda p: p.name
 )
 def test_attitudes(problem):
-    given, g = {"gamma": random_direction(3), "k": [1.0, 2.0, 3.0]}, random_rotation(3)
+    given, g = (
+        {"gamma": support.random_direction(3), "k": [1.0, 2.0, 3.0]},
+        support.random_rotation(3),
+    )
     assert "spatial-momentum" not in problem.diagnostics  # without a k_0
-    np.testing.assert_array_equal(quiet_state(problem, **given)[6:].reshape(3, 3), np.eye(3))
-    np.testing.assert_array_equal(quiet_state(problem, **given, g=g)[6:].reshape(3, 3), g)
+    np.testing.assert_array_equal(
+        support.quiet_state(problem, **given)[6:].reshape(3, 3), np.eye(3)
+    )
+    np.testing.assert_array_equal(support.quiet_state(problem, **given, g=g)[6:].reshape(3, 3), g)
     for bad in (-g, 1.1 * g):
         with pytest.raises(gi.DomainError, match="rotation"):
             problem.state(**given, g=bad)
@@ -273,8 +261,8 @@ def test_attitudes(problem):
 
 
 def test_a_v_that_slips():
-    (rolling, _), given, (y, _) = of_plane(random_diagonal, 3)
-    v = pieces(rolling, y)["v"].copy()
+    (rolling, _), given, (y, _) = of_plane(support.random_diagonal, 3)
+    v = support.pieces(rolling, y)["v"].copy()
     with pytest.raises(gi.DomainError, match=r"v = .*the contact point slips at 0\.5"):
         rolling.state(**given, v=v + np.array([0.3, 0.4]))
     slipping = y.copy()
@@ -289,21 +277,23 @@ def test_a_v_that_slips():
 def test_pivoting_on_the_spot_is_rolling():
     """ω fixes γ: the v of rolling is all round-off, which is no reason to refuse v = 0."""
     gamma = np.array([0.48, 0.6, 0.64])
-    y = quiet_state(ROLLING, gamma=gamma, omega=triangle_of(3e5 * gamma), v=[0.0, 0.0])
-    assert value_of(ROLLING, "pivoting", y) == pytest.approx(3e5, rel=1e-14)
-    assert value_of(ROLLING, "speed", y) < 1e-9
+    y = support.quiet_state(
+        ROLLING, gamma=gamma, omega=support.triangle_of(3e5 * gamma), v=[0.0, 0.0]
+    )
+    assert support.value_of(ROLLING, "pivoting", y) == pytest.approx(3e5, rel=1e-14)
+    assert support.value_of(ROLLING, "speed", y) < 1e-9
 
 
 def test_flat_states_on_the_plane():
-    (rolling, contact), _, (y, z) = of_plane(random_diagonal, 3)
+    (rolling, contact), _, (y, z) = of_plane(support.random_diagonal, 3)
     turned = y.copy()
     turned[:9] *= 1.0 + 1e-8
     with pytest.warns(gi.GeomintWarning):
         repaired = rolling.canonical(turned)
     close(repaired, y, 10)
-    assert value_of(rolling, "rolling", repaired) < 1e-14
+    assert support.value_of(rolling, "rolling", repaired) < 1e-14
     leaning, where = z.copy(), contact.slices["gamma"]
-    leaning[where] = random_rotation(3, 1)[-1]
+    leaning[where] = support.random_rotation(3, 1)[-1]
     with pytest.raises(gi.DomainError, match="the last row of g"):
         contact.canonical(leaning)
     g, gamma = z[contact.slices["g"]].reshape(3, 3), z[where]
@@ -315,7 +305,7 @@ def test_flat_states_on_the_plane():
 def test_mass_and_radius():
     for problem in (SPHERE.rolling(m=1.0), SPHERE.rolling(rho=2.0), SPHERE.contact(1.0, 2.0)):
         assert {"m": 1.0, "rho": 2.0, "D": 4.0}.items() <= problem.parameters.items()
-    full = ch.ChaplyginSphere(inertia=random_full(3), D=2.0)
+    full = ch.ChaplyginSphere(inertia=support.random_full(3), D=2.0)
     for make, text in (
         (lambda: SPHERE.rolling(), "the radius, the mass m, or both"),
         (lambda: SPHERE.contact(m=1.0, rho=3.0), r"m\*rho\*\*2 = 9.0: expected D = 4.0"),
@@ -332,9 +322,9 @@ def test_homogeneous_balls_roll_straight_without_reaction(n, seed):
     sphere = ch.ChaplyginSphere.homogeneous(n, 0.9, 1.7 * RHO * RHO)
     for problem in (sphere.rolling(1.7, RHO), sphere.contact(1.7, RHO)):
         y = problem.random_state(seed)
-        assert value_of(problem, "reaction", y) < 1e-12
+        assert support.value_of(problem, "reaction", y) < 1e-12
         if "v" in problem.slices:
-            rates = pieces(problem, gi.derivative(problem, y))
+            rates = support.pieces(problem, gi.derivative(problem, y))
             close([*rates["v"], *rates["omega"]], 0.0, 100)
 
 
@@ -346,7 +336,7 @@ def test_the_level_is_a_part_of_the_state():
     gamma = np.array([0.0, 0.6, 0.8])
     with pytest.warns(gi.GeomintWarning, match=r"\(w, gamma\) is 1.4, not f1 = 0.5"):
         y = problem.state(gamma=gamma, w=[1.0, 1.0, 1.0])
-    assert value_of(problem, "constraint", y) == pytest.approx(0.0, abs=1e-15)
+    assert support.value_of(problem, "constraint", y) == pytest.approx(0.0, abs=1e-15)
     with pytest.warns(gi.GeomintWarning, match=r"\(k, gamma\)"):
         y = problem.state(gamma=gamma, k=[1.0, 1.0, 1.0])
     close(y[:3], np.array([1.0, 1.0, 1.0]) - 0.9 * gamma)
@@ -356,7 +346,7 @@ def test_the_level_is_a_part_of_the_state():
         problem.canonical(y + np.array([1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0]))
     with pytest.warns(gi.GeomintWarning, match="of the state"):
         repaired = problem.canonical(y + np.array([0.0, 0.0, 1e-8, 0.0, 0.0, 0.0]))
-    assert abs(value_of(problem, "constraint", repaired)) < 1e-15
+    assert abs(support.value_of(problem, "constraint", repaired)) < 1e-15
 
 
 def test_states_on_the_ellipsoid():
@@ -369,11 +359,11 @@ def test_states_on_the_ellipsoid():
     for scale in (1e-140, 1e140):
         with pytest.warns(gi.GeomintWarning):
             far = GEODESICS.state(x=scale * np.array([1.0, 1.0, 1.0]), p=[0.0, 0.0, 0.0])
-        assert abs(value_of(GEODESICS, "ellipsoid", far)) < 1e-15
+        assert abs(support.value_of(GEODESICS, "ellipsoid", far)) < 1e-15
     np.testing.assert_array_equal(GEODESICS.canonical(y), y)
     with pytest.warns(gi.GeomintWarning, match="of the state"):
         repaired = GEODESICS.canonical(y * (1 + 1e-8))
-    assert abs(value_of(GEODESICS, "ellipsoid", repaired)) < 1e-15
+    assert abs(support.value_of(GEODESICS, "ellipsoid", repaired)) < 1e-15
     for bad in (y * 1.001, y + np.array([0, 0, 0, 0, 0.01, 0])):
         with pytest.raises(gi.DomainError):
             GEODESICS.canonical(bad)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.paper.algebra import wedge
 from tests.paper.calculus import derivative, gradient, nested, nested_gradient
 from tests.paper.motion import ball_motion, constrained_rotation
 from tests.paper.points import sample
-from tests.paper.two_forms import canonical, dirac_brackets, divergence, symplectic_divergence
 
 DIMENSIONS = (2, 3, 5, 7)
 
@@ -60,27 +58,3 @@ def test_the_reaction_matters():
     free = constrained_rotation(point, point.general, point.omega, [])[0]
     assert light.omega_dot == pytest.approx(free, abs=1e-6)
     assert np.max(np.abs(heavy.omega_dot - free)) > 0.1
-
-
-@pytest.mark.parametrize("n", DIMENSIONS)
-def test_the_canonical_divergence_of_a_dilation(n):
-    """(γ, p) ↦ (γ, eᵗp) multiplies ω by eᵗ, and ω^(n−1) by e^((n−1)t)."""
-    y = sample(n, 0).state
-
-    def dilate(z):
-        return np.concatenate([0.0 * z[:n], z[n:]])
-
-    assert symplectic_divergence(dilate, y)[0] == pytest.approx(n - 1.0, rel=1e-13)
-    assert divergence(dilate, y)[0] == pytest.approx(n)
-
-
-def test_brackets_of_coordinates():
-    """On T*S^(n−1): {γ_i, γ_j} = 0, {γ_i, p_j} = δ_ij − γ_iγ_j, {p_i, p_j} = p_iγ_j − p_jγ_i."""
-    point = sample(4, 0)
-    gamma, p = point.gamma, point.p
-    found = dirac_brackets(lambda y: y, point.state)[0]
-    free = np.eye(4) - np.outer(gamma, gamma)
-    exact = np.block([[np.zeros((4, 4)), free], [-free, wedge(p, gamma)]])
-    assert found == pytest.approx(exact, abs=1e-14)
-    one = np.eye(8)
-    assert canonical(point.state, one[4], one[0]) == 1.0
