@@ -67,15 +67,6 @@ def test_newton() -> None:
     np.testing.assert_allclose((r[2] - r[0]) / (2 * h), here, rtol=1e-5)
 
 
-def test_a_homogeneous_ball_rolls_straight() -> None:
-    """Steadily, at ωρ, without friction, as long as one likes."""
-    ball = ch.Ball(mass=0.4, radius=0.1, moments=[1.6e-3] * 3).problem()
-    y0 = ball.state(gamma=UP, omega_space=[0.0, 5.0, 20.0])
-    solution = gi.solve(ball, y0, t_end=1.5, step=0.01, **RUN)
-    np.testing.assert_allclose(solution.piece("r")[-1], [0.5 * 1.5, 0.0], atol=1e-8)
-    assert gi.value(ball, "reaction", solution.y[-1]) < 1e-12
-
-
 def test_velocities_and_their_frames() -> None:
     attitude = gi.Rotations(3).random(np.random.default_rng(1))["g"]
     y = PROBLEM.state(g=attitude, omega_space=[1.0, 2.0, 3.0])

@@ -7,17 +7,24 @@ import chaplygin as ch
 import geomint as gi
 from tests.chaplygin.exact_support import parameters, problem_of, turn_of
 
+LATE = [
+    "2 sphere",
+    "4 body",
+    "5 sphere",
+    "triple-and-pair sphere",
+    "circle-2 body",
+    "circle-4 sphere",
+]
+FAST = ["3 sphere", "lagrange sphere", "two-pairs body"]
+
 
 @pytest.mark.parametrize(
-    "pattern",
-    [
-        *("2", "3", "lagrange", "two-pairs", "circle-2"),
-        *(pytest.param(x, marks=pytest.mark.nightly) for x in ("4", "triple-and-pair", "circle-4")),
-    ],
+    "which", [*FAST, *(pytest.param(x, marks=pytest.mark.nightly) for x in LATE)]
 )
-def test_physical_time(pattern):
+def test_physical_time(which):
     """Against dt/dτ = D√U integrated with the motion, and back; the reduced problem by t alone."""
-    flow, reduced = problem_of(pattern, "sphere-tau"), problem_of(pattern, "sphere-t")
+    pattern, system = which.split()
+    flow, reduced = (problem_of(pattern, f"{system}-{time}") for time in ("tau", "t"))
     y = flow.random_state(2)
     exact = flow.exact(y)
     turn = turn_of(exact)
@@ -37,19 +44,6 @@ def test_physical_time(pattern):
     far = exact.tau(np.array([1e9, -1e9]))
     np.testing.assert_allclose(exact.time(far), [1e9, -1e9], rtol=1e-15)
     assert exact.clock.edge < 1e-14
-
-
-@pytest.mark.parametrize(
-    ("pattern", "kind"),
-    [("4", "body-tau"), pytest.param("5", "sphere-tau", marks=pytest.mark.nightly)],
-)
-def test_the_clock_of_others(pattern, kind):
-    """Of Veselova's problem, with other frequencies; in five dimensions."""
-    flow = problem_of(pattern, kind)
-    exact = flow.exact(flow.random_state(2))
-    run = gi.solve(flow, exact.at_tau(0.0), tau_end=20.0, step=0.02, method="gauss-8", clock=True)
-    assert float(exact.time(20.0)) == pytest.approx(run.t[-1], rel=1e-12)
-    assert float(exact.tau(run.t[-1])) == pytest.approx(20.0, rel=1e-12)
 
 
 def test_a_resonant_torus():

@@ -10,7 +10,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from tests.chaplygin.exact_systems import ALL, SYSTEMS, components, each, own_end, span, systems
+from tests.chaplygin.exact_systems import ALL, components, each, own_end, span, systems
 
 BALL = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0)
 SPHERE, REDUCED = BALL.hamiltonized(), BALL.reduced()
@@ -19,19 +19,10 @@ SAMPLES = 100  # in a quarter of the shortest period, about
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize("sign", [1, -1])
 @each
-def test_against_samples(name: str) -> None:
+def test_against_samples(name: str, sign: int) -> None:
     """Where samples change their sign there is an event, and where they do not none, or two."""
-    compare_with_samples(name, 1)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_against_samples_backwards(name: str) -> None:
-    compare_with_samples(name, -1)
-
-
-def compare_with_samples(name: str, sign: int) -> None:
     problem, y0 = ALL[name]
     end = sign * span(problem, y0)
     own = {"clock": False} if problem.time == "tau" else {}

@@ -30,13 +30,6 @@ def test_moments_round_trip(moments, m, rho):
     np.testing.assert_allclose(again.a, a, rtol=1e-14 + limit)
 
 
-def test_iop1_as_printed():
-    moments, D = np.array([1.0, 2.0, 3.0]), 0.5
-    roots = np.sqrt(np.prod(moments) * D) / np.sqrt(np.prod(moments + D))
-    a = ch.SpecialInertia.from_moments(moments, D).a
-    np.testing.assert_allclose(a, roots * (moments + D) / moments, rtol=1e-15)
-
-
 def test_a_squared_may_exceed_d():
     """Only i ≠ j enters: a thin rod has a_1² = 9.1 D and a positive energy."""
     sphere = ch.ChaplyginSphere.from_moments([0.1, 10.0, 10.0], 1.0, 1.0)

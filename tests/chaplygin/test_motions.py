@@ -14,10 +14,9 @@ from hypothesis import given, strategies as st
 import chaplygin as ch
 import geomint as gi
 from tests.chaplygin import support
+from tests.chaplygin.exact_support import WEIGHTS
 from tests.chaplygin.support import close, dimensions, kinds, seeds
 from tests.rows import examples
-
-WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 
 
 def physical_rate(problem, y):
@@ -25,13 +24,8 @@ def physical_rate(problem, y):
     velocity = gi.derivative(problem, y)
     h = 2.0**-10 / max(1.0, np.max(np.abs(velocity)))
 
-    def flat(state):
-        return np.concatenate(list(problem.physical_state(state).values()))
-
-    total = 0.0
-    for k, w in enumerate(WEIGHTS, 1):
-        total = total + w * (flat(y + k * h * velocity) - flat(y - k * h * velocity))
-    return total / h
+    around = [problem.physical_state(y + k * h * velocity) for k in range(-4, 5)]
+    return WEIGHTS @ [np.concatenate(list(state.values())) for state in around] / h
 
 
 def same_motion(problems, start):
