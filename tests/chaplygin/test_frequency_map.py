@@ -32,15 +32,6 @@ def test_frequencies_are_the_derivatives_of_the_energy_by_the_actions(n):
     assert np.all(np.abs(dJ) > 1e-6)
 
 
-def test_actions_are_the_same_all_along_a_motion():
-    problem = ch.Veselova([0.7, 1.0, 1.6]).hamiltonized()
-    exact = problem.exact(problem.random_state(1))
-    expected = ch.action_variables(exact)
-    for tau in (0.3, 12.7):
-        again = problem.exact(problem.canonical(exact.at_tau(tau)))
-        np.testing.assert_allclose(ch.action_variables(again), expected, rtol=1e-12)
-
-
 def test_the_map_of_a_family():
     """States next to a separatrix are refused, one by one; steady ones have one frequency."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
