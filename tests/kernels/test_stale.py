@@ -7,12 +7,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.compiling import cache
 from tests.kernels import ways
 
 # Of each kind one; all of them are compiled at night.
@@ -30,10 +31,10 @@ COMPILED = (
 )
 
 
-def run(folder: Path, task: str, seed: int, *names: str) -> dict:
+def run(folder: Path, seed: int, *names: str) -> dict[str, Any]:
     """Run the ways in a process of its own, with one cache folder for all."""
     done = subprocess.run(
-        [sys.executable, "-W", "error", ways.__file__, str(folder), task, *names],
+        [sys.executable, "-W", "error", ways.__file__, str(folder), *names],
         env={
             **os.environ,
             "NUMBA_CACHE_DIR": str(folder / "cache"),
@@ -48,48 +49,39 @@ def run(folder: Path, task: str, seed: int, *names: str) -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def run_twice(folder: Path, task: str, *names: str) -> tuple[dict, dict]:
-    """Run the ways, edit all their files, and run them again."""
-    ways.write(folder)
-    first = run(folder, task, 1, *names)
-    ways.write(folder, "2.0", "3.0")
-    return first, run(folder, task, 2, *names)
+@pytest.mark.parametrize(
+    "names", [COMPILED, pytest.param([*ways.WAYS], marks=pytest.mark.nightly)], ids=["some", "all"]
+)
+def test_code_follows_every_way(names: list[str], tmp_path: Path) -> None:
+    """Four versions of each way: before and after a change, in two processes with an edit between.
 
-
-def test_fingerprints_follow_every_way(tmp_path: Path) -> None:
-    """They change with what is reached, by an edit or in place, and with nothing else."""
-    first, second = run_twice(tmp_path, "fingerprint")
+    Fingerprints change with what is reached, by an edit or in place, and with nothing else; compiled
+    code is what Python gives, or there is none.
+    """
+    ways.write(tmp_path)
+    first = run(tmp_path, 1, *names)
+    ways.write(tmp_path, "2.0", "3.0")
+    second = run(tmp_path, 2, *names)
     for name, way in ways.WAYS.items():
+        prints, outcomes = zip(*first[name], *second[name], strict=True)
         if way.outcome == ways.FOLLOWED:
-            assert first[name][0] != first[name][1], name
-            assert first[name][0] != second[name][0], name
-        if way.change in ("K = 3.0", ways.HLP):  # what the edit does too, in the other process
-            assert first[name][1] == second[name][0] == second[name][1], name
-
-
-def check_compiled(folder: Path, *names: str) -> None:
-    """Check that compiled code is what Python gives, or that there is none."""
-    outcomes = run_twice(folder, "compile", *names)
-    for name in names or ways.WAYS:
-        expected = ways.WAYS[name].outcome
-        found = [result for outcome in outcomes for result in outcome[name]]
-        if expected == ways.FOLLOWED:
-            for compiled, plain in found:
-                assert compiled == plain, name
-            assert found[0] != found[1], name
+            assert prints[0] not in prints[1:3], name
+        if way.change in ("K = 3.0", "hlp.K = 3.0"):  # what the edit does too
+            assert prints[1] == prints[2] == prints[3], name
+        if name not in names:
+            continue
+        if way.outcome == ways.FOLLOWED:
+            assert all(compiled == plain for compiled, plain in outcomes), name
+            assert outcomes[0] != outcomes[1], name
         else:
-            assert found == [expected] * 4, name
+            assert outcomes == (way.outcome,) * 4, name
 
 
-def test_compiled_code_follows(tmp_path: Path) -> None:
-    """Four versions of each way: before and after a change, in two processes with an edit between."""
-    check_compiled(tmp_path, *COMPILED)
-
-
-@pytest.mark.nightly
-def test_compiled_code_follows_every_way(tmp_path: Path) -> None:
-    """The same for all that we know."""
-    check_compiled(tmp_path)
+def of(text: str = "return K", **names: Any) -> tuple[Any, dict[str, Any]]:
+    """A recorded function of x and y, and its global names."""
+    space: dict[str, Any] = {"gi": gi, **names}
+    exec(f"def f(x, y=1.0):\n    {text}\n", space)
+    return gi.helper(space["f"]), space
 
 
 VALUES = [
@@ -98,33 +90,36 @@ VALUES = [
     "()", "(1,)", "[1]", "{1}", "frozenset([1])", "{1: 2}", "((1, 2), 3)", "(1, (2, 3))", "(1, 2, 3)",
     "np.array([1.0])", "np.array([1])", "np.array(1.0)", "np.array([[1.0]])", "np.ones(3000)",
     "np.r_[np.ones(1500), 2.0, np.ones(1499)]", "np.ones((2, 2))", "np.ones((2, 2), order='F')",
-"slice(1)", "range(1)", "np.float64", "np.float32", "np.dtype('f4')",
+    "slice(1)", "range(1)", "np.float64", "np.float32", "np.dtype('f4')",
     "fractions.Fraction", "math.sin", "math.cos", "np.sin", "np.cos", "P(1)", "Q(1)", "P", "Q",
+]  # fmt: skip
+CODES = [
+    "return x + y", "return x - y", "return y - x", "return x + 1.0", "return x + 1.5", "return -x",
+    "return gi.sin(x)", "return gi.cos(x)", "return x[0]", "return x[1]", "return x if y else 1.0",
+    "return (lambda z: z + x)(y)", "return (lambda z: z - x)(y)", "return f(y, x)",
 ]  # fmt: skip
 
 
 @pytest.mark.nojit
-def test_values_have_fingerprints_of_their_own() -> None:
+def test_values_and_code_have_fingerprints_of_their_own() -> None:
     """Equal numbers of other types, other bits, another nesting or layout are other values."""
-    space = {"K": None}
-    exec("def f(x):\n    return K\n", space)
-    f, seen = Recorded(space["f"]), {}
+    seen: dict[str, str] = {}
     imports = "import fractions, math\nimport numpy as np\nfrom collections import namedtuple\n"
     imports += "P, Q = namedtuple('P', 'a'), namedtuple('Q', 'a')\n"
     for text in VALUES:
         for _ in range(2):  # made anew it is the same
-            names: dict = {}
+            names: dict[str, Any] = {}
             exec(imports, names)
-            space["K"] = eval(text, names)
-            assert seen.setdefault(f.fingerprint, text) == text
+            assert seen.setdefault(of(K=eval(text, names))[0].fingerprint, text) == text
+    for text in CODES:
+        for comment in ("", "  # a comment", "\n\n\ndef unused():\n    pass"):
+            assert seen.setdefault(of(text + comment)[0].fingerprint, text) == text
 
 
 @pytest.mark.nojit
 def test_what_is_as_it_was_is_not_walked_again() -> None:
     """A second look compares; names that are set to an equal value lead to the same fingerprint."""
-    space: dict = {"K": 2.0, "A": np.array([1.0])}
-    exec("def f(x):\n    return K * A[0]\n", space)
-    f = Recorded(space["f"])
+    f, space = of("return K * A[0]", K=2.0, A=np.array([1.0]))
     first = f.reach
     assert f.reach is first
     space["unused"] = 1.0
@@ -142,9 +137,7 @@ def test_what_is_as_it_was_is_not_walked_again() -> None:
 def test_arrays_that_are_not_copied_count_by_address() -> None:
     """Compiled code reads large and strided arrays where they are, not an equal one's memory."""
     for array, kept in ((np.ones(3), True), (np.ones(200_000), False), (np.ones(6)[::2], False)):
-        space: dict = {"K": array}
-        exec("def f(x):\n    return K\n", space)
-        f = Recorded(space["f"])
+        f, space = of(K=array)
         assert f.reach.kept == kept
         first = f.fingerprint
         assert f.fingerprint == first
@@ -154,55 +147,67 @@ def test_arrays_that_are_not_copied_count_by_address() -> None:
 
 @pytest.mark.nojit
 def test_containers_are_compared_by_what_they_hold() -> None:
-    """Of whatever kind, and however deep."""
-    inner = [1.0]
-    space: dict = {"K": {"a": (inner, {2.0})}}
-    exec("def f(x):\n    return K\n", space)
-    f = Recorded(space["f"])
+    """Of whatever kind, however deep, and in a circle."""
+    f, space = of(K={"a": ([1.0], {2.0})})
     seen = {f.fingerprint}
-    for change in ("K['a'][0].append(2.0)", "K['a'][1].add(3.0)", "K['b'] = 1", "K['b'] = 1.0"):
+    for change in ("K['a'][0].append(2.0)", "K['a'][1].add(3.0)", "K['b'] = 1", "K['b'] = 1.0",
+                   "K['a'][0].append(K)"):  # fmt: skip
         exec(change, space)
         assert f.fingerprint not in seen
         seen.add(f.fingerprint)
-    space["K"]["a"][0].append(space["K"])  # in a circle
-    assert f.fingerprint not in seen
 
 
-def test_edited_sources_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that may run other sources than lie on the disk writes nothing for others."""
-    from geomint.kernels.compiling import cache
-    from geomint.kernels.compiling.compile import _entry
+@pytest.mark.nojit
+def test_recorded_functions_are_functions() -> None:
+    """They can be called, keep name and doc, may be recorded again, and refer to each other."""
 
-    monkeypatch.setattr(cache, "STARTED", {})
-    monkeypatch.setattr(cache, "_notes", {})
-    cache.sources_edited.cache_clear()
-    try:
-        made = _entry(gi.helper(lambda x: x))
-        assert getattr(getattr(made, "_cache", None), "_folder", None) is None
-        assert "changed after this process began" in cache.take_note()
-        assert cache.take_note() == ""
-    finally:
-        cache.sources_edited.cache_clear()
+    @gi.helper
+    def half(x):
+        """Halve."""
+        return 0.5 * x
+
+    assert half(3.0) == 1.5
+    assert (half.__name__, half.__doc__) == ("half", "Halve.")
+    assert "half" in repr(half)
+    assert gi.helper(half).function is half.function
+    assert gi.helper(lambda x: x)(2) == 2
+    for wrong in (np.sin, 3, None, "f"):
+        with pytest.raises(TypeError, match="written with def"):
+            gi.field(wrong)
+    space: dict[str, Any] = {"gi": gi}
+    exec("even = gi.helper(lambda n: n == 0 or odd(n - 1))", space)
+    exec("odd = gi.helper(lambda n: n != 0 and even(n - 1))", space)
+    assert space["even"].fingerprint != space["odd"].fingerprint
 
 
-def test_code_after_an_edit_is_not_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Looked at when it is written: what was imported since may be another text."""
-    from geomint.kernels.compiling import cache
-
+def test_code_of_edited_sources_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Looked at when it is wanted, and when it is written: what was imported may be another text."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
 
-    def before(params, t, y, out, work):
-        out[0] = 3.0 * y[0]
+    def kept(factor: float, name: str) -> bool:
+        def function(params, t, y, out, work):
+            out[0] = factor * y[0]
 
-    def after(params, t, y, out, work):
-        out[0] = 4.0 * y[0]
+        function.__name__ = name
+        gi.pointwise(gi.field(function), [], [[1.0]], rows=1)
+        return any(path.name.startswith(f"{name}-") for path in tmp_path.rglob("*.nbc"))
 
-    gi.pointwise(gi.field(before), [], [[1.0]], rows=1)
+    assert kept(3.0, "before")
     times = {path: (0, *rest) for path, (_, *rest) in cache.STARTED.items()}
     monkeypatch.setattr(cache, "sources", lambda: times)
     monkeypatch.setattr(cache, "_notes", {})
     with pytest.warns(gi.GeomintWarning, match="changed after this process began"):
-        gi.pointwise(gi.field(after), [], [[1.0]], rows=1)
-    kept = {path.name.partition("-")[0] for path in tmp_path.rglob("*.nbc")}
-    assert "before" in kept
-    assert "after" not in kept
+        assert not kept(4.0, "after")
+    monkeypatch.undo()
+    for started in ({}, times):  # a process that began with others, or could not see them
+        with monkeypatch.context() as patch:
+            patch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+            patch.setattr(cache, "STARTED", started)
+            patch.setattr(cache, "_notes", {})
+            cache.sources_edited.cache_clear()
+            with pytest.warns(gi.GeomintWarning, match="changed after this process began"):
+                assert not kept(5.0, "never")
+            assert not kept(6.0, "never")
+    cache.sources_edited.cache_clear()
