@@ -12,11 +12,12 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
-from numba import types
 
 import geomint as gi
-from geomint.kernels.compiling import beside, compile
+from geomint.kernels.compiling import beside
 from geomint.kernels.compiling.sending import sent
+
+from .test_cache import COMPILING
 
 NAME = "gauss-0123.nbc"
 
@@ -40,22 +41,18 @@ def ends() -> Iterator[tuple[beside.Other, beside.Other]]:
         each._source.close()
 
 
-def known(other: beside.Other, name: str) -> None:
-    """Wait until it is known what is being compiled on the other side."""
-    while other._making != name:
+def makes(theirs: beside.Other, mine: beside.Other) -> None:
+    """Let the other side compile something, and wait until this one knows it."""
+    theirs.tell(NAME)
+    while mine._making != NAME:
         time.sleep(0.001)
-
-
-def folders(cache: pathlib.Path) -> set[str]:
-    return {path.name.partition("-")[0] for path in cache.rglob("*.nbc")}
 
 
 @pytest.mark.parametrize("gone", [False, True])
 def test_who_comes_to_what_is_being_compiled_waits(ends, gone: bool) -> None:
     """As long as the other process is at it, or is there."""
     mine, theirs = ends
-    theirs.tell(NAME)
-    known(mine, NAME)
+    makes(theirs, mine)
     assert not mine.waited("another.nbc")
     found: list[bool] = []
     waiting = threading.Thread(target=lambda: found.append(mine.waited(NAME)))
@@ -66,13 +63,17 @@ def test_who_comes_to_what_is_being_compiled_waits(ends, gone: bool) -> None:
         theirs._sink.close()
     else:
         theirs.tell("")
-    waiting.join(60.0)
+    waiting.join(30.0)
     assert found == [True]
     assert not mine.waited(NAME)
 
 
-def test_to_tell_a_process_that_has_ended_is_no_error(ends) -> None:
+def test_who_says_nothing_more_is_not_waited_for(ends, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a process that was stopped; to tell one that has ended is no error."""
     mine, theirs = ends
+    makes(theirs, mine)
+    monkeypatch.setattr(beside, "LONGEST", 0.05)
+    assert not mine.waited(NAME)
     theirs._sink.close()
     mine._reader.join(60.0)
     mine._sink.close()
@@ -102,13 +103,11 @@ def test_it_is_begun_once_and_for_a_kernel() -> None:
     assert not helper._reader.is_alive()
 
 
-def test_what_cannot_be_sent_is_compiled_here() -> None:
+def test_without_a_second_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where tasks cannot be sent, no process can be begun, or there is one core."""
     with beside.compiled_beside(lambda: [partial(print, threading.Lock())]):
         assert beside.other(NAME, True) is None
         assert beside.other(NAME, True) is None
-
-
-def test_without_a_second_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/nowhere/python")
     with beside.compiled_beside(list):
         assert beside.other(NAME, True) is None
@@ -117,23 +116,26 @@ def test_without_a_second_process(monkeypatch: pytest.MonkeyPatch) -> None:
         assert beside._state["start"] is None
 
 
-def test_it_ends_with_the_one_that_began_it() -> None:
-    """However that ends; what its tasks print or raise is nobody's."""
-    content = sent((partial(print, "printed"), partial(int, "raised"), partial(time.sleep, 600.0)))
-    program = ["-c", beside._PROGRAM.format(sys.path)]
-    pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, *program], stdin=pipe, stdout=pipe) as process:
+@pytest.mark.parametrize("gone", [True, False])
+def test_it_ends(gone: bool) -> None:
+    """With the one that began it, and by itself; what its tasks print or raise is nobody's."""
+    tasks = (partial(print, "printed"), partial(int, "raised"), partial(time.sleep, 600.0 * gone))
+    content, pipe = sent(tasks), subprocess.PIPE
+    program = [sys.executable, "-c", beside._PROGRAM.format(sys.path)]
+    with subprocess.Popen(program, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         process.stdin.write(len(content).to_bytes(8, "little") + content)
-        process.stdin.close()
+        process.stdin.flush()
+        if gone:
+            process.stdin.close()
+        assert process.wait(120.0) == 0
         assert process.stdout.read() == b""
-        assert process.wait(60.0) == 0
+        assert gone or process.stderr.read() == b"printed\n"  # which nobody reads
 
 
 RUN = """
-import sys
 from functools import partial
 import geomint as gi
-from geomint.kernels.compiling import beside, compile  # noqa: A004
+from geomint.kernels.compiling import beside
 from geomint.problems.testproblems import henon_heiles
 
 beside.cores = lambda: 2
@@ -151,9 +153,6 @@ with beside.compiled_beside(lambda: [run]):
 """
 
 
-COMPILING = "geomint: compiling (once, then kept in the cache)\n"  # what a script is told, once
-
-
 @pytest.mark.nightly
 @pytest.mark.parametrize("broken", [False, True])
 def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
@@ -169,18 +168,17 @@ def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr in ("", COMPILING)
-    alone = gi.solve(
-        henon_heiles.problem(), henon_heiles.INITIAL, t_end=10.0, step=0.1, method="rk-4",
-        observe=["measure"],
-    )  # fmt: skip
+    problem, run = henon_heiles.problem(), {"method": "rk-4", "observe": ["measure"]}
+    alone = gi.solve(problem, henon_heiles.INITIAL, t_end=10.0, step=0.1, **run)
     assert done.stdout.strip() == alone.drift["measure"].final_error.hex()
-    assert {"runge_kutta_step", "measure"} <= folders(tmp_path)
+    written = {path.name.partition("-")[0] for path in tmp_path.rglob("*.nbc")}
+    assert {"runge_kutta_step", "measure"} <= written
 
 
 FLAGS = """
 import subprocess, sys
 sys.path[:] = {!r}
-from geomint.kernels.compiling import beside, compile  # noqa: A004
+from geomint.kernels.compiling import beside
 told = "import sys; print(sys.flags, sys.pycache_prefix, sys.warnoptions)"
 class Process(subprocess.Popen):
     def __init__(self, command, **more):
@@ -199,7 +197,7 @@ print(child)
 
 
 @pytest.mark.parametrize(
-    "options", ["-I -O -W ignore::FutureWarning", "-E -s -OO -B", "-P -b -X pycache_prefix=/none"]
+    "options", ["-I -O -W ignore::FutureWarning", "-E -s -OO -B -P -b -X pycache_prefix=/none"]
 )
 def test_it_runs_as_this_process_does(options: str) -> None:
     """With the same options of Python, and nothing from the current folder."""
@@ -209,36 +207,17 @@ def test_it_runs_as_this_process_does(options: str) -> None:
     assert own.replace("safe_path=False", "safe_path=True") == its, done.stderr
 
 
-def test_who_says_nothing_more_is_not_waited_for(ends, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As a process that was stopped: what is compiled twice is none the worse."""
-    mine, theirs = ends
-    theirs.tell(NAME)
-    known(mine, NAME)
-    monkeypatch.setattr(beside, "LONGEST", 0.05)
-    assert not mine.waited(NAME)
-
-
 def test_what_fails_is_no_longer_being_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else two processes may wait for each other for ever."""
     told: list[str] = []
-    double = type("Double", (), {"tell": lambda self, name: told.append(name)})()
+    double = type("Double", (), {"tell": told.append, "waited": lambda name: False})
     monkeypatch.setitem(beside._state, "other", double)
-    monkeypatch.setattr(double.__class__, "waited", lambda self, name: False, raising=False)
 
-    entry = compile._entry(gi.helper(lambda x: x))
-    monkeypatch.setattr(entry, "compile", lambda signature: 1 // 0)
-    with pytest.raises(ZeroDivisionError):
-        compile._compile(entry, "refused", types.float64(types.float64))
-    assert told == [""]
+    @gi.field
+    def refused(params, t, y, out, work):
+        out[0] = missing(y[0])  # noqa: F821
 
-
-def test_it_ends_by_itself() -> None:
-    """When all is done, whatever its input: no thread of it is broken off."""
-    command = [sys.executable, "-c", beside._PROGRAM.format(sys.path)]
-    content = sent(())
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        assert process.stdin is not None
-        assert process.stderr is not None
-        process.stdin.write(len(content).to_bytes(8, "little") + content)
-        process.stdin.flush()
-        assert (process.wait(120.0), process.stderr.read()) == (0, b"")
+    with pytest.raises(gi.DeclarationError, match="missing"):
+        gi.pointwise(refused, [], [[1.0]], rows=1, check=False)
+    assert told[-1] == ""
+    assert any(name.startswith("refused-") for name in told)
