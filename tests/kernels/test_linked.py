@@ -5,21 +5,23 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from pathlib import Path
+from typing import Any
 
 import numba
-import numpy as np
 import pytest
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 
 import geomint as gi
 from geomint.kernels.compiling import linked
-from geomint.kernels.compiling.bound import Bound
 from geomint.kernels.compiling.compile import listen
-from geomint.kernels.compiling.signatures import FIELD
-from geomint.kernels.numbers.blocks import Block, scalar_block
 
-jitted = pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
+from .test_cache import run
+
+pytestmark = pytest.mark.skipif(
+    bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled"
+)
 
 
 def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
@@ -35,12 +37,10 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def new() -> float:
-    """Return a number that no cache knows."""
-    return 1.0 + int.from_bytes(os.urandom(4)) / 2**32
+def new() -> tuple[Any, float]:
+    """Return a function that no cache knows, and what it makes of −2."""
+    gain = 1.0 + int.from_bytes(os.urandom(4)) / 2**32
 
-
-def problem(gain: float) -> tuple[Bound, gi.Problem]:
     @gi.helper
     def inner_helper_of_test(x):
         return gain * gi.maximum(x, -x)
@@ -49,75 +49,59 @@ def problem(gain: float) -> tuple[Bound, gi.Problem]:
     def outer_field_of_test(params, t, y, out, work):
         out[0] = inner_helper_of_test(y[0])
 
-    return Bound(outer_field_of_test, FIELD), gi.Problem(
-        "linked", (("x", 1),), field=outer_field_of_test
-    )
+    return outer_field_of_test, 2.0 * gain
 
 
-@jitted
-def test_helpers_have_no_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    names = made(monkeypatch)
-    gain = new()
-    field, _ = problem(gain)
-    out = scalar_block(1)
-    call = field.call(
-        params=scalar_block(0), t=0.0, y=Block(np.array([-2.0])), out=out, work=scalar_block(0)
-    )
-    call()
-    assert out.data[0] == 2.0 * gain
+@gi.field
+def unknown(params, t, y, out, work):
+    out[0] = missing(y[0])  # noqa: F821
+
+
+def value(function: Any) -> float:
+    return float(gi.pointwise(function, [], [[-2.0]], rows=1, check=False)[0, 0])
+
+
+def refused(function: Any = unknown) -> None:
+    with pytest.raises(gi.DeclarationError, match="missing"):
+        value(function)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_helpers_have_no_machine_code(known: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless numba is another one than we know: then it compiles as it does, to the same bits."""
+    names, (function, expected) = made(monkeypatch), new()
+    if not known:
+        monkeypatch.setattr(linked, "_NEEDED", ("not_there",))
+    assert value(function) == expected
     assert [name for name in names if "outer_field_of_test" in name]
-    assert not [name for name in names if "inner_helper_of_test" in name]
+    assert bool([name for name in names if "inner_helper_of_test" in name]) is not known
 
 
-@jitted
-def test_numba_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numba_is_left_as_it_was() -> None:
+    """Also by what cannot be compiled."""
     codegen = cpu_target.target_context.codegen()
-    before = codegen._library_class
     with linked.linked():
         assert codegen._library_class is linked.Linked
-    with pytest.raises(ZeroDivisionError), linked.linked():
-        divmod(1, 0)
-    assert codegen._library_class is before is JITCodeLibrary
+    refused()
+    assert codegen._library_class is JITCodeLibrary
 
     @numba.njit
     def own(x):
         return max(x, 0.5) + abs(x)
 
-    field, _ = problem(1.5)
-    field.entry()
+    value(new()[0])
     assert own(-2.0) == 2.5
 
 
-@jitted
-def test_without_what_it_needs_of_numba(monkeypatch: pytest.MonkeyPatch) -> None:
-    names = made(monkeypatch)
-    monkeypatch.setattr(linked, "_NEEDED", ("not_there",))
-    _, own = problem(new())
-    end = gi.solve(own, [1.0], t_end=1.0, method="rk-4", step=0.5).y[-1, 0]
-    assert end == gi.solve(own, [1.0], t_end=1.0, method="rk-4", step=0.5, compiled=False).y[-1, 0]
-    assert [name for name in names if "inner_helper_of_test" in name]
-
-
-@jitted
 @pytest.mark.parametrize("on", [True, False])
 def test_collection_of_garbage_is_as_it_was(on: bool) -> None:
     """It rests while a function is compiled, also where that fails."""
-    seen = []
-
-    @gi.field
-    def seven(params, t, y, out, work):
-        out[0] = 7.0 * y[0]
-
-    @gi.field
-    def none(params, t, y, out, work):
-        out[0] = missing(y[0])  # noqa: F821
-
+    seen: list[bool] = []
     end = listen(lambda name, seconds: seen.append(gc.isenabled()))
     (gc.enable if on else gc.disable)()
     try:
-        Bound(seven, FIELD).entry()
-        with pytest.raises(gi.DeclarationError):
-            Bound(none, FIELD).entry()
+        value(new()[0])
+        refused()
         assert gc.isenabled() == on
     finally:
         gc.enable()
@@ -126,15 +110,10 @@ def test_collection_of_garbage_is_as_it_was(on: bool) -> None:
     assert not any(seen)
 
 
-@jitted
 def test_the_depth_of_the_caller_does_not_matter() -> None:
     """Called where Python has a few dozen calls left; a function that fails there leaves the limit."""
-    bound, _ = problem(new())
-    Bound(problem(new())[0].recorded, FIELD).entry()  # what is imported is
-
-    @gi.field
-    def none(params, t, y, out, work):
-        out[0] = missing(y[0])  # noqa: F821
+    function, expected = new()
+    value(new()[0])  # what is imported is
 
     def depth() -> int:
         frame, count = sys._getframe(), 0
@@ -146,10 +125,35 @@ def test_the_depth_of_the_caller_does_not_matter() -> None:
         if left:
             deep(left - 1)
         else:
-            bound.entry()
-            with pytest.raises(gi.DeclarationError, match="missing"):
-                Bound(none, FIELD).entry()
+            assert value(function) == expected
+            refused()
 
     before = sys.getrecursionlimit()
     deep(before - depth() - 70)
     assert sys.getrecursionlimit() == before
+
+
+KINDS = """
+import json
+import geomint as gi
+from geomint.kernels.compiling.compile import listen
+
+seen = []
+listen(lambda name, seconds: seen.append(name))
+for method in ("rk-4", "gauss-3", "cf-4", "rkmk-4", "rattle-2", "verlet-2"):
+    scene = gi.load_scene("hamiltonized-n3" if method in ("rattle-2", "verlet-2") else "ball-3d")
+    name = scene.problem.time
+    asked = {f"{name}_eval": [0.1], f"{name}_end": 0.2, "events": {"up": gi.Event("gamma[0]")}}
+    gi.solve(scene.problem, scene.state, method=method, step=0.05, **asked)
+print(json.dumps(seen))
+"""
+
+
+@pytest.mark.nightly
+def test_kinds_of_steppers_share_what_is_beside_the_run(tmp_path: Path) -> None:
+    """They take other functions, but are called by address; that has one name in all processes."""
+    first, second = (run("-c", KINDS, cache=tmp_path) for _ in range(2))
+    counts = {name: first.count(name) for name in ("find", "partial", "to_clock")}
+    assert set(counts.values()) <= {0, 2}, counts  # begun and done
+    assert counts["find"] == 2
+    assert second == []
