@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import weakref
+from typing import Any
 
 import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling.call import Code
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
-from geomint.kernels.compiling.recorded import Recorded
-from geomint.kernels.numbers.blocks import (
-    Block,
-    LaneBlock,
-    as_lanes,
-    as_singles,
-    fixed_rows,
-    scalar_block,
-)
+from geomint.kernels.numbers.blocks import Block, LaneBlock, as_lanes, as_singles, fixed_rows
 from geomint.kernels.numbers.lanes import LANES, Lanes
 
 pytestmark = pytest.mark.nojit
 
 
-def both_ways(function: Recorded, *kinds: str) -> tuple[object, object]:
+def both_ways(function: Any, *kinds: str) -> tuple[Any, Any]:
     """Return (plain, compiled) entries for blocks of the kinds S and L."""
     from numba.core import types
 
@@ -50,13 +43,17 @@ def lengths(y, out):
     return len(fixed_rows(inner, 3))
 
 
-def test_parts_share_memory() -> None:
-    """A part of a part addresses the same numbers."""
-    for entry in both_ways(lengths, "S", "S"):
-        y, out = Block(np.arange(10.0)), Block(np.zeros(4))
+@pytest.mark.parametrize("kind", "SL")
+def test_parts_share_memory(kind: str) -> None:
+    """A part of a part addresses the same numbers; a row of a lane block is eight of them."""
+    shape, held = ((10,), Block) if kind == "S" else ((10, LANES), LaneBlock)
+    for entry in both_ways(lengths, kind, "S"):
+        data = np.arange(float(np.prod(shape))).reshape(shape)
+        y, out = held(data.copy()), Block(np.zeros(4))
         assert entry(y, out) == 3
         np.testing.assert_array_equal(out.data, [10, 5, 3, 0])
-        np.testing.assert_array_equal(y.data, [0, 1, 2, 103, 204, 305, 6, 7, 8, 9])
+        data[3:6] += np.array([100.0, 200.0, 300.0]).reshape(3, *[1] * (len(shape) - 1))
+        np.testing.assert_array_equal(y.data, data)
 
 
 def test_calls_keep_no_arrays() -> None:
@@ -73,17 +70,6 @@ def test_calls_keep_no_arrays() -> None:
         assert [sys.getrefcount(block.data) for block in held] == before
         held.clear()
         assert [array() for array in arrays] == [None, None]
-
-
-def test_parts_of_lanes_share_memory() -> None:
-    """A row of a lane block is eight numbers."""
-    for entry in both_ways(lengths, "L", "S"):
-        data = np.arange(10.0 * LANES).reshape(10, LANES)
-        y, out = LaneBlock(data.copy()), Block(np.zeros(4))
-        assert entry(y, out) == 3
-        np.testing.assert_array_equal(out.data, [10, 5, 3, 0])
-        data[3:6] += np.array([100.0, 200.0, 300.0])[:, None]
-        np.testing.assert_array_equal(y.data, data)
 
 
 @gi.helper
@@ -116,31 +102,25 @@ def gather(y, out):
     return len(out)
 
 
-@pytest.mark.parametrize("rows", [0, 1, 17])
-def test_any_number_of_rows(rows: int) -> None:
-    """Also none."""
+def test_any_number_of_rows() -> None:
     for entry in both_ways(gather, "S", "S"):
-        out = Block(np.zeros(rows))
-        assert entry(Block(np.arange(20.0)), out) == rows
-        np.testing.assert_array_equal(out.data, np.arange(rows))
+        for rows in (0, 1, 17):
+            out = Block(np.zeros(rows))
+            assert entry(Block(np.arange(20.0)), out) == rows
+            np.testing.assert_array_equal(out.data, np.arange(rows))
 
 
 def test_bad_rows_are_refused_in_python() -> None:
     """Where compiled code would read other memory, and -1 is no last row."""
-    block = Block(np.arange(6.0))
-    lanes = LaneBlock(np.zeros((2, LANES)))
-    for row in (-1, 6):
+    block, lanes = Block(np.arange(6.0)), LaneBlock(np.zeros((2, LANES)))
+    for rows, row in ((block, -1), (block, 6), (lanes, -1), (lanes, 2)):
         with pytest.raises(IndexError):
-            block[row]
+            rows[row]
         with pytest.raises(IndexError):
-            block[row] = 1.0
-    with pytest.raises(IndexError):
-        lanes[2]
-    with pytest.raises(IndexError):
-        lanes[-1]
-    for start, rows in ((-1, 2), (0, 7), (6, 1), (0, -1), (7, 0)):
+            rows[row] = 1.0
+    for start, count in ((-1, 2), (0, 7), (6, 1), (0, -1), (7, 0)):
         with pytest.raises(IndexError):
-            gi.part(block, start, rows)
+            gi.part(block, start, count)
     with pytest.raises(IndexError):
         as_lanes(block, 0, 1)
     assert len(gi.part(block, 6, 0)) == 0
@@ -157,20 +137,10 @@ def test_lane_values_are_values() -> None:
     np.testing.assert_array_equal(block.data, np.ones((1, LANES)))
 
 
-@pytest.mark.parametrize("size", [0, 1, 8, 1000])
-def test_blocks_are_aligned(size: int) -> None:
-    """Lane values in them load fast."""
-    data = scalar_block(size).data
-    assert len(data) == size
-    assert data.ctypes.data % (8 * LANES) == 0 or size == 0
-    assert not data.any()
-
-
+@pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
 def test_only_float64_is_compiled() -> None:
     """Another dtype, a strided array or a wrong kind is refused, never reinterpreted."""
-    if not isinstance(compile_function(gather, signature := _gather_signature()), Code):
-        pytest.skip("nothing is compiled")
-    entry = compile_function(gather, signature)
+    _, entry = both_ways(gather, "S", "S")
     good = Block(np.zeros(4))
     for bad in (
         Block(np.zeros(4, dtype=np.float32)),
@@ -186,7 +156,22 @@ def test_only_float64_is_compiled() -> None:
             entry(bad, good)
 
 
-def _gather_signature() -> object:
-    from numba.core import types
+@gi.field
+def sizes(params, t, y, out, work):
+    """Count all rows, by loops over them."""
+    for i in range(len(out)):
+        out[i] = 0.0 * t
+    for i in range(len(params)):
+        out[0] += params[i]
+    for i in range(len(y)):
+        out[1] += 1.0 + 0.0 * y[i]
+    for i in range(len(work)):
+        work[i] = 1.0 + 0.0 * y[0]
+        out[2] += work[i]
 
-    return types.int64(SCALAR.block, SCALAR.block)
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_functions_see_the_sizes_of_their_problem(compiled: bool) -> None:
+    problem = gi.Problem("sizes", (("x", 3),), [1.0, 2.0, 4.0, 8.0], field=sizes, work=7)
+    end = gi.solve(problem, np.zeros(3), t_end=1.0, step=0.5, method="rk-4", compiled=compiled)
+    np.testing.assert_allclose(end.y[-1], [15.0, 3.0, 7.0], rtol=1e-15)
