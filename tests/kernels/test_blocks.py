@@ -15,9 +15,10 @@ import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.numbers.blocks import Block, LaneBlock, as_lanes, as_singles, fixed_rows
-from geomint.kernels.numbers.lanes import LANES, Lanes
+from geomint.kernels.numbers.lanes import Lanes
 
 pytestmark = pytest.mark.nojit
+LANES = 8
 
 
 def both_ways(function: Any, *kinds: str) -> tuple[Any, Any]:

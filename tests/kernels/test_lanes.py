@@ -6,6 +6,7 @@ import functools
 import itertools
 import math
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,14 +14,13 @@ import pytest
 import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
-from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.numbers.arithmetic import epsilon, lane, like, total
 from geomint.kernels.numbers.blocks import Block, LaneBlock
-from geomint.kernels.numbers.lanes import LANES, Lanes
-from geomint.kernels.numbers.tangent import PARTIALS
+from geomint.kernels.numbers.lanes import Lanes
 
 pytestmark = pytest.mark.nojit
 
+LANES = 8
 SPECIAL = np.array(
     [0.0, 1.0, 3.0, 0.1, 5e-324, 1e-310, 2.0**-1022, 1e-160, 1e160, 1.7976931348623157e308]
 )
@@ -37,7 +37,7 @@ def numbers(count: int, seed: int) -> np.ndarray:
 def pairs() -> tuple[np.ndarray, np.ndarray]:
     """All pairs of special numbers, and random ones; as many as fill lanes."""
     x, y = map(list, zip(*itertools.product(SPECIAL, SPECIAL), strict=True))
-    count = -len(x) % LANES + 30 * LANES
+    count = -len(x) % LANES + 10 * LANES
     return np.append(x, numbers(count, 1)), np.append(y, numbers(count, 2))
 
 
@@ -54,7 +54,7 @@ def assert_same_bits(found: np.ndarray, expected: np.ndarray) -> None:
     assert same.all(), (np.flatnonzero(~same)[:5], found[~same][:5], expected[~same][:5])
 
 
-def sweep(names: Collection[str]) -> Recorded:
+def sweep(names: Collection[str]) -> Any:
     """Apply operations of three numbers to the rows of three blocks, one after the other.
 
     Each would take a fifth of a second to compile alone.
@@ -67,17 +67,14 @@ def sweep(names: Collection[str]) -> Recorded:
     return gi.helper(space["rows"])
 
 
-def run(
-    function: Recorded, *arrays: np.ndarray, lanes: str = "", results: int = 1
-) -> list[np.ndarray]:
+def run(function: Any, *arrays: np.ndarray, lanes: str, results: int = 1) -> list[np.ndarray]:
     """Results of plain and of compiled code, for arguments whose kinds `lanes` tells.
 
-    ``lanes`` holds an L for each argument in lanes, S for a scalar one; empty: all scalar. The
-    function writes so many results for every row, one after the other.
+    ``lanes`` holds an L for each argument in lanes, S for a scalar one. The function writes so many
+    results for every row, one after the other.
     """
     from numba.core import types
 
-    lanes = lanes or "S" * len(arrays)
     kinds = [LANE if letter == "L" else SCALAR for letter in lanes]
     rows = max(len(a) for a in arrays) // (LANES if "L" in lanes else 1)
     target = LANE if "L" in lanes else SCALAR
@@ -97,31 +94,13 @@ def run(
 
 
 @gi.helper
-def add_in_place(x, y):
-    z = x
-    z += y
-    return z
-
-
-@gi.helper
-def subtract_in_place(x, y):
-    z = x
-    z -= y
-    return z
-
-
-@gi.helper
-def multiply_in_place(x, y):
-    z = x
-    z *= y
-    return z
-
-
-@gi.helper
-def divide_in_place(x, y):
-    z = x
-    z /= y
-    return z
+def in_place(x, y, z):
+    w = x
+    w += y
+    w *= z
+    w -= y
+    w /= z
+    return w
 
 
 OPERATIONS = {
@@ -129,10 +108,7 @@ OPERATIONS = {
     "-": lambda x, y, z: x - y,
     "*": lambda x, y, z: x * y,
     "/": lambda x, y, z: x / y,
-    "+=": lambda x, y, z: add_in_place(x, y),
-    "-=": lambda x, y, z: subtract_in_place(x, y),
-    "*=": lambda x, y, z: multiply_in_place(x, y),
-    "/=": lambda x, y, z: divide_in_place(x, y),
+    "in place": lambda x, y, z: in_place(x, y, z),
     "contraction": lambda x, y, z: x * y + z,
     "negative": lambda x, y, z: -x,
     "positive": lambda x, y, z: +x,
@@ -189,7 +165,7 @@ def test_operation(name: str) -> None:
         assert_same_bits(found, expected)
 
 
-@pytest.mark.parametrize("kinds", ["LSS", "SLS", "LSL"])
+@pytest.mark.parametrize("kinds", ["LSL", "SLS", pytest.param("LSS", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", MIXED)
 def test_scalars_mix_with_lanes(name: str, kinds: str) -> None:
     """A scalar on either side counts for every lane."""
@@ -226,55 +202,31 @@ def test_in_place_operators_make_new_values(kinds: str) -> None:
         assert_same_bits(found, X + 0.0)
 
 
-def lane_number(k: int):
-    return lambda x: lane(x, k)
+@gi.helper
+def folds(x, out):
+    n = len(out) // 10
+    for i in range(n):
+        for k in range(8):
+            out[k * n + i] = lane(x[i], k) + 0.0 * x[i]
+        out[8 * n + i] = gi.top(x[i]) + 0.0 * x[i]
+        out[9 * n + i] = total(x[i]) + 0.0 * x[i]
 
 
-FOLDS = {
-    "top": lambda x: gi.top(x),
-    "total": lambda x: total(x),
-    **{f"lane {k}": lane_number(k) for k in range(LANES)},
-}
-
-
-@pytest.mark.parametrize("name", FOLDS)
-def test_folds(name: str) -> None:
-    """Reductions of lanes are done in a fixed order."""
-    fold = Recorded(FOLDS[name])
-
-    @gi.helper
-    def rows(x, out):
-        for i in range(len(out)):
-            out[i] = fold(x[i]) + 0.0 * x[i]
-
-    finite = np.concatenate([numbers(64 * LANES, 3), np.tile([0.0, -0.0], 2 * LANES)])
-    plain, compiled = run(rows, finite, lanes="L")
+def test_folds() -> None:
+    """Reductions of lanes are done in a fixed order; the largest is NaN wherever one stands."""
+    table = numbers(64 * LANES, 3).reshape(-1, LANES)
+    table[:4] = np.tile([0.0, -0.0], 4)
+    s = table[:, :4] + table[:, 4:]
+    s = s[:, :2] + s[:, 2:]
+    expected = [*table.T, table.max(axis=1), s[:, 0] + s[:, 1]]
+    plain, compiled = run(folds, table.ravel(), lanes="L", results=10)
     assert_same_bits(compiled, plain)
-    table = finite.reshape(-1, LANES)
-    if name == "top":
-        expected = table.max(axis=1)
-    elif name == "total":
-        s = table[:, :4] + table[:, 4:]
-        s = s[:, :2] + s[:, 2:]
-        expected = s[:, 0] + s[:, 1]
-    else:
-        expected = table[:, int(name[-1])]
-    np.testing.assert_array_equal(plain.reshape(-1, LANES)[:, 0], expected)
-
-
-@pytest.mark.parametrize("place", range(LANES))
-def test_top_of_nan_is_nan(place: int) -> None:
-    """Wherever it stands: a test ``top(…) < bound`` must fail."""
-    values = np.arange(1.0, 1.0 + LANES)
-    values[place] = np.nan
-
-    @gi.helper
-    def rows(x, out):
-        for i in range(len(out)):
-            out[i] = gi.top(x[i]) + 0.0 * x[i]
-
-    for found in run(rows, values, lanes="L"):
-        assert np.isnan(found).all()
+    np.testing.assert_array_equal(plain.reshape(10, -1, LANES)[:, :, 0], expected)
+    for place in range(LANES):
+        values = np.arange(1.0, 1.0 + LANES)
+        values[place] = np.nan
+        for found in run(folds, values, lanes="L", results=10):
+            assert np.isnan(found.reshape(10, LANES)[8]).all()
 
 
 def test_nan_is_the_maximum() -> None:
@@ -295,7 +247,7 @@ def test_functions_of_plain_numbers() -> None:
     assert gi.log(0.0) == -math.inf
     assert math.isnan(gi.log(-1.0))
     assert gi.log(math.inf) == math.inf
-    for function in PARTIALS:
+    for function in (gi.sqrt, gi.sin, gi.cos, gi.tan, gi.atan2, gi.exp, gi.log, gi.pow, gi.tanh):
         count = function.__code__.co_argcount
         thirds = [third] * count
         value = function(*thirds)
@@ -334,10 +286,7 @@ def test_fma_rounds_once() -> None:
 
 def test_fma_without_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
     """The exact fractions give the same bits."""
-    from geomint.kernels.numbers import arithmetic
-
     with np.errstate(all="ignore"):
-        expected = [arithmetic._fma_float(*map(float, v)) for v in zip(X, Y, Z, strict=True)]
-        monkeypatch.setattr(arithmetic, "_libm_fma", None)
-        found = [arithmetic._fma_float(*map(float, v)) for v in zip(X, Y, Z, strict=True)]
-    assert_same_bits(np.array(found), np.array(expected))
+        expected = gi.fma(Lanes(X), Lanes(Y), Lanes(Z))
+        monkeypatch.setattr("geomint.kernels.numbers.arithmetic._libm_fma", None)
+        assert_same_bits(gi.fma(Lanes(X), Lanes(Y), Lanes(Z)), expected)
