@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,15 +14,21 @@ from tests.problems import spherical_pendulum
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+NOISE = 2.0**-47  # of the scale of a drift
 
 
-def observed(problem: gi.Problem, name: str, y0, h: float, steps: int = 1, **options):
+def observed(problem: gi.Problem, name: str, y0: Any, h: float, steps: int = 1, **options: Any):
     """The drift of the measure after some steps."""
-    sol = gi.solve(
-        problem, y0, t_end=steps * h, step=abs(h), method=name, observe=["measure"], **options
-    )
+    run = {"step": abs(h), "method": name, "observe": ["measure"], **options}
+    sol = gi.solve(problem, y0, t_end=steps * h, **run)
     assert sol.steps == steps
     return sol.drift["measure"]
+
+
+@gi.observable
+def volume(params, t, y, work):
+    """Lebesgue's measure."""
+    return 0.0 * y[0]
 
 
 @pytest.mark.nojit
@@ -31,6 +38,7 @@ def observed(problem: gi.Problem, name: str, y0, h: float, steps: int = 1, **opt
         ("rk-4", "lotka-volterra", 0.1),  # a density that depends on time
         ("rk-4", "lotka-volterra", -0.1),
         ("rk-4", "spherical-pendulum", 0.1),  # leaves the manifold
+        ("rk-4", "spherical-pendulum", 1.1),  # far from 1, with normals that turn by a radian
         ("rk-4", "double-pendulum", 0.05),  # pieces of different sizes, four conditions
         ("gauss-2", "spherical-pendulum", 0.1),
         ("gauss-3", "lotka-volterra", 0.3),
@@ -47,8 +55,8 @@ def test_defect_is_the_definition(name: str, problem: str, h: float) -> None:
     p, y0 = PROBLEMS[problem]
     expected = exact_defect(p, name, 0.0, y0, h)
     drift = observed(p, name, y0, h, compiled=False)
-    noise = drift.scale * 2.0**-47
-    assert abs(drift.final_error - expected) <= noise < 1e-12
+    noise = drift.scale * NOISE
+    assert abs(drift.final_error - expected) <= noise < 1e-12 + 1e-9 * abs(expected)
     assert (drift.initial, drift.max_rel_error) == (0.0, None)
 
 
@@ -56,40 +64,27 @@ def test_defect_is_the_definition(name: str, problem: str, h: float) -> None:
 def test_defects_are_summed() -> None:
     """Over three steps, from the states between them and at their times."""
     p, y0 = PROBLEMS["lotka-volterra"]
-    h = 0.1
-    sol = gi.solve(
-        p, y0, t_end=3 * h, step=h, method="rk-4", observe=["measure"], save_every=1, compiled=False
-    )
-    parts = [exact_defect(p, "rk-4", sol.t[k], sol.y[k], h) for k in range(3)]
+    run = {"step": 0.1, "method": "rk-4", "observe": ["measure"], "save_every": 1}
+    sol = gi.solve(p, y0, t_end=0.3, compiled=False, **run)
+    parts = [exact_defect(p, "rk-4", sol.t[k], sol.y[k], 0.1) for k in range(3)]
     assert sol.drift["measure"].final_error == pytest.approx(sum(parts), rel=1e-9)
     assert abs(sum(parts)) > 2 * abs(parts[0])
 
 
-@pytest.mark.nojit
-def test_large_steps() -> None:
-    """Determinants far from 1, elimination with pivots, normals that turn by a radian."""
-    p, y0 = PROBLEMS["spherical-pendulum"]
-    expected = exact_defect(p, "rk-4", 0.0, y0, 1.1)
-    assert abs(expected) > 0.01
-    drift = observed(p, "rk-4", y0, 1.1, compiled=False)
-    assert drift.final_error == pytest.approx(expected, rel=1e-9)
-
-
 @pytest.mark.parametrize(
-    ("name", "problem", "h"),
+    ("name", "problem"),
     [
-        ("rk-4", "lotka-volterra", 0.1),
-        ("gauss-2", "spherical-pendulum", 0.1),
-        ("cf-4", "pulsating-body", 0.1),
-        ("rattle-2", "spherical-pendulum", 0.1),
+        ("rk-4", "spherical-pendulum"),
+        ("gauss-2", "henon-heiles"),
+        ("cf-4", "pulsating-body"),
+        ("rattle-2", "double-pendulum"),
     ],
 )
-def test_compiled_is_plain(name: str, problem: str, h: float) -> None:
+def test_compiled_is_plain(name: str, problem: str) -> None:
     """Bit for bit, over some steps that try other spacings."""
     p, y0 = PROBLEMS[problem]
-    plain = observed(p, name, y0, h, 3, compiled=False)
-    fast = observed(p, name, y0, h, 3)
-    assert (fast.final_error, fast.scale) == (plain.final_error, plain.scale)
+    plain, fast = (observed(p, name, y0, 0.05, 3, compiled=c) for c in (False, True))
+    assert fast == plain
 
 
 @pytest.mark.parametrize(
@@ -107,9 +102,10 @@ def test_compiled_is_plain(name: str, problem: str, h: float) -> None:
 def test_order_of_the_defect(name: str, problem: str, order: int, h: float) -> None:
     """One step of a method of order p has a defect of order p + 1, on both sides."""
     p, y0 = PROBLEMS[problem]
-    sizes = np.array([abs(observed(p, name, y0, h * 2.0**-k, 1).final_error) for k in range(5)])
-    slopes = np.log2(sizes[:-1] / sizes[1:])
-    above = sizes[1:] > 1e-13
+    run = {"compiled": False}
+    sizes = [abs(observed(p, name, y0, h * 2.0**-k, 1, **run).final_error) for k in range(5)]
+    slopes = np.log2(sizes[:-1]) - np.log2(sizes[1:])
+    above = np.array(sizes[1:]) > 1e-13
     assert above.sum() >= 2
     np.testing.assert_allclose(slopes[above][-2:], order + 1, atol=0.3)
 
@@ -123,24 +119,16 @@ def test_momenta_of_any_size(size: float) -> None:
     expected = observed(p, "rk-4", np.concatenate([q, momentum]), h, steps)
     found = observed(p, "rk-4", np.concatenate([q, size * momentum]), h / size, steps)
     assert abs(expected.final_error) > 1e-9
-    noise = expected.scale * 2.0**-47
-    assert abs(found.final_error - expected.final_error) <= noise
+    assert abs(found.final_error - expected.final_error) <= expected.scale * NOISE
     assert found.scale == pytest.approx(expected.scale, rel=1.0)
 
 
 def test_wrong_density_is_found() -> None:
     """The Lebesgue measure is not kept by predators and prey: a linear drift from the first step."""
     p, y0 = PROBLEMS["lotka-volterra"]
-
-    @gi.observable
-    def wrong(params, t, y, work):
-        return 0.0 * y[0]
-
-    right = observed(p, "gauss-8", y0, 0.1, 100)
-    lebesgue = dataclasses.replace(p, measure=gi.Measure(wrong))
-    drift = observed(lebesgue, "gauss-8", y0, 0.1, 100)
-    assert right.within_roundoff
-    assert drift.max_abs_error > 0.1
+    lebesgue = dataclasses.replace(p, measure=gi.Measure(volume))
+    found = [observed(x, "rk-4", y0, 0.01, 50, compiled=False) for x in (p, lebesgue)]
+    assert found[0].max_abs_error < 1e-8 < 0.01 < found[1].max_abs_error
 
 
 def test_pieces_that_begin_at_zero() -> None:
@@ -151,17 +139,12 @@ def test_pieces_that_begin_at_zero() -> None:
         out[0] = y[1]
         out[1] = -gi.sin(y[0])
 
-    @gi.observable
-    def volume(params, t, y, work):
-        return 0.0 * y[0]
-
-    p = gi.Problem(
-        name="pendulum", pieces=(("q", 1), ("p", 1)), field=pendulum, measure=gi.Measure(volume)
-    )
+    pieces = (("q", 1), ("p", 1))
+    p = gi.Problem("pendulum", pieces, field=pendulum, measure=gi.Measure(volume))
     for y0 in ([0.0, 1.2], [1.2, 0.0], [1e-20, 1.2], [0.0, 0.0]):
         drift = observed(p, "gauss-2", y0, 0.1, 300)
         assert drift.within_roundoff
-        assert drift.scale * 2.0**-47 < 1e-12
+        assert drift.scale * NOISE < 1e-12
 
 
 def test_conditions_that_are_no_polynomials() -> None:
@@ -177,22 +160,15 @@ def test_conditions_that_are_no_polynomials() -> None:
     measure = gi.Measure(p.measure.log_density, conditions, 2)
     drift = observed(dataclasses.replace(p, measure=measure), "rattle-2", y0, 0.05, 500)
     assert drift.within_roundoff
-    assert drift.scale * 2.0**-47 < 1e-10
+    assert drift.scale * NOISE < 1e-10
 
 
 @pytest.mark.nojit
 def test_units_that_grow_do_not_count() -> None:
     """The momentum passes 1 on the way, where its unit doubles and the basis is made anew."""
-    sol = gi.solve(
-        spherical_pendulum.problem(gravity=3.0),
-        spherical_pendulum.INITIAL,
-        t_end=1.6,
-        step=0.2,
-        method="rattle-2",
-        observe=["measure"],
-        save_every=1,
-        compiled=False,
-    )
+    p, run = spherical_pendulum.problem(gravity=3.0), {"save_every": 1, "compiled": False}
+    run |= {"t_end": 1.6, "step": 0.2, "method": "rattle-2", "observe": ["measure"]}
+    sol = gi.solve(p, spherical_pendulum.INITIAL, **run)
     sizes = np.abs(sol.piece("p")).max(axis=1)
     assert sizes[0] < 1.0 < sizes.max()
     assert sol.drift["measure"].max_abs_error < 1e-12
@@ -203,7 +179,7 @@ def test_noise_is_that_of_increments() -> None:
     """A step adds hε/δ, not ε/δ: the carries of the nodes and of their ends count."""
     p, y0 = PROBLEMS["henon-heiles"]
     drift = observed(p, "rk-4", y0, 1e-3, 1, compiled=False)
-    assert (drift.scale - 1.0) * 2.0**-47 < 1e-16
+    assert (drift.scale - 1.0) * NOISE < 1e-16
 
 
 @pytest.mark.nojit
@@ -211,20 +187,15 @@ def test_noise_is_that_of_increments() -> None:
 def test_conditions_whose_gradients_grow_in_the_first_step(h: float) -> None:
     """Their unit, a power of two, is that of the initial state: for one of these it is passed."""
     p, y0 = PROBLEMS["spherical-pendulum"]
-    for power in np.linspace(0.0, 1.0, 33):
+    for power in np.linspace(0.0, 1.0, 17):
         factor = float(2.0**power)
-        measure = gi.Measure(p.measure.log_density, scaled_conditions(factor), 2)
+
+        @gi.field
+        def conditions(params, t, y, out, work, factor=factor):
+            out[0] = factor * (y[0] * y[0] + y[1] * y[1] + y[2] * y[2] - 1.0)
+            out[1] = factor * (y[0] * y[3] + y[1] * y[4] + y[2] * y[5])
+
+        measure = gi.Measure(p.measure.log_density, conditions, 2)
         scaled = dataclasses.replace(p, measure=measure)
         drift = observed(scaled, "rattle-2", y0, h, compiled=False)
-        assert drift.max_abs_error <= drift.scale * 2.0**-47 < 1e-10
-
-
-def scaled_conditions(factor: float):
-    """The conditions of the spherical pendulum, times that."""
-
-    @gi.field
-    def conditions(params, t, y, out, work):
-        out[0] = factor * (y[0] * y[0] + y[1] * y[1] + y[2] * y[2] - 1.0)
-        out[1] = factor * (y[0] * y[3] + y[1] * y[4] + y[2] * y[5])
-
-    return conditions
+        assert drift.max_abs_error <= drift.scale * NOISE < 1e-10
