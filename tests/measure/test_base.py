@@ -87,7 +87,7 @@ def test_methods_that_do_not_keep_the_fibre_are_judged_by_the_whole_state(method
 
 def test_steps_that_are_not_all_watched_and_a_last_partial_step() -> None:
     for observe in (["measure"], {"it": InvariantMeasure(steps=7)}):
-        options = {"t_end": 1.23, "observe": observe}
+        options = {"t_end": 1.23, "observe": observe, "compiled": True}
         one, other = both(ATTITUDE, ATTITUDE.random_state(4), **options)
         assert abs(one.final_error - other.final_error) < 1e-13 < abs(one.final_error)
 
