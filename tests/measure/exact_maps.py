@@ -12,7 +12,6 @@ import geomint as gi
 from geomint.problems.testproblems import henon_heiles, pulsating_body
 from tests.problems import double_pendulum, lotka_volterra, spherical_pendulum
 
-DIGITS = 50
 PROBLEMS = {
     "lotka-volterra": (lotka_volterra.problem(), lotka_volterra.INITIAL),
     "henon-heiles": (henon_heiles.problem(), henon_heiles.INITIAL),
@@ -99,7 +98,7 @@ def change(problem: gi.Problem, J: Any, begin: tuple[Any, ...], end: tuple[Any, 
 
 def exact_defect(problem: gi.Problem, name: str, t: float, y: np.ndarray, h: float) -> float:
     """The defect of one step, by the definition."""
-    with mpmath.workdps(DIGITS):
+    with mpmath.workdps(50):
         step, start = ExactMap(problem, name, y, h), exact(y).data
         J = mpmath.matrix([list(column) for column in columns(lambda x: step(t, x), start)]).T
         J += mpmath.eye(problem.rows)

@@ -12,7 +12,6 @@ from tests.measure.exact_maps import exact_defect
 from tests.measure.test_defect import NOISE, observed, volume
 
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
-ROWS = 9
 
 
 @gi.field
@@ -25,7 +24,7 @@ def linear(params, t, y, out, work):
 
 
 @pytest.mark.nojit
-@given(st.integers(1, ROWS), st.floats(-12.0, 0.5), st.integers(0, 10**6))
+@given(st.integers(1, 9), st.floats(-12.0, 0.5), st.integers(0, 10**6))
 def test_determinants_of_linear_maps(d: int, exponent: float, seed: int) -> None:
     """Near 1 to the rounding of their distance from it, and far from it."""
     rng = np.random.default_rng(seed)
