@@ -196,6 +196,7 @@ def test_names() -> None:
     assert "measure" not in seen("all", without, start)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_reports_and_scenes(tmp_path: Any) -> None:
     """A scene may ask for it; the page explains it and says how long; the JSON has its numbers."""
     scene = gi.load_scene("hamiltonized-n3").changed(
