@@ -18,19 +18,19 @@ def windows(deviations: np.ndarray) -> np.ndarray:
     return np.array([np.sqrt((part**2).mean(axis=1)) for part in parts]).T
 
 
-def walk(rng: np.random.Generator, members: int) -> np.ndarray:
-    return np.cumsum(rng.standard_normal((members, SAMPLES)), axis=1)
-
-
 def drawn(kind: str, seed: int, members: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
+
+    def walk() -> np.ndarray:
+        return np.cumsum(rng.standard_normal((members, SAMPLES)), axis=1)
+
     amplitudes, phases = rng.standard_normal((members, 1)), rng.uniform(0, 6, (members, 1))
     deviations = {
         "oscillation": lambda: amplitudes * np.sin(0.7 * TIMES + phases),
-        "walk": lambda: walk(rng, members),
-        "walks of other sizes": lambda: np.exp(amplitudes / 2) * walk(rng, members),
-        "biased": lambda: walk(rng, members) + 3.0 * amplitudes * TIMES,
-        "walk of a walk": lambda: np.cumsum(walk(rng, members), axis=1),
+        "walk": walk,
+        "walks of other sizes": lambda: np.exp(amplitudes / 2) * walk(),
+        "biased": lambda: walk() + 3.0 * amplitudes * TIMES,
+        "walk of a walk": lambda: np.cumsum(walk(), axis=1),
     }
     return windows(deviations[kind]())
 
@@ -40,17 +40,23 @@ EXPONENTS = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("members", "seeds", "spread"),
+    [(30, 16, 1.8), *(pytest.param(n, 60, 1.4, marks=pytest.mark.nightly) for n in (30, 90))],
+)
 @pytest.mark.parametrize("kind", EXPONENTS)
-@pytest.mark.parametrize("members", [30, 90])
-def test_the_interval_holds_as_often_as_it_says(kind: str, members: int) -> None:
-    found = [growth_over_members(drawn(kind, s, members), EDGES, s) for s in range(60)]
+def test_the_interval_holds_as_often_as_it_says(
+    kind: str, members: int, seeds: int, spread: float
+) -> None:
+    found = [growth_over_members(drawn(kind, s, members), EDGES, s) for s in range(seeds)]
     held = [one.low <= EXPONENTS[kind] <= one.high for one in found]
     assert np.mean(held) >= 0.8  # of 60 as good as never fewer, if it is 19 of 20
     exponents = np.array([one.exponent for one in found])
-    assert abs(exponents.mean() - EXPONENTS[kind]) < 4 * exponents.std() / np.sqrt(60) + 0.01
-    assert 0.7 < np.mean([one.stderr for one in found]) / exponents.std() < 1.4
+    assert abs(exponents.mean() - EXPONENTS[kind]) < 4 * exponents.std() / seeds**0.5 + 0.01
+    assert 1 / spread < np.mean([one.stderr for one in found]) / exponents.std() < spread
 
 
+@pytest.mark.parametrize("seeds", [12, pytest.param(60, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(
     ("kind", "known"),
     [
@@ -58,27 +64,25 @@ def test_the_interval_holds_as_often_as_it_says(kind: str, members: int) -> None
         ("biased", "linear"), ("walk of a walk", "faster"),
     ],
 )  # fmt: skip
-def test_classes(kind: str, known: str) -> None:
-    classes = [
-        class_of_exponent(growth_over_members(drawn(kind, s, 150), EDGES)) for s in range(20)
-    ]
-    assert classes.count(known) >= 19
-    assert {*classes} <= {known, "undetermined"}
+def test_classes(kind: str, known: str, seeds: int) -> None:
+    """Of many members nearly always the right one, of few never a wrong one, as good as."""
 
+    def classes(members: int, count: int) -> list[str]:
+        found = [growth_over_members(drawn(kind, s, members), EDGES) for s in range(count)]
+        return [class_of_exponent(one) for one in found]
 
-def test_few_members_claim_nothing_false() -> None:
-    classes = [
-        class_of_exponent(growth_over_members(drawn("walk", s, 8), EDGES)) for s in range(60)
-    ]
-    assert sum(c not in ("sqrt", "undetermined") for c in classes) <= 3
+    many, few = classes(150, seeds // 3), classes(8, seeds if kind == "walk" else 0)
+    assert many.count(known) >= len(many) - 1
+    assert {*many} <= {known, "undetermined"}
+    assert sum(c not in (known, "undetermined") for c in few) <= seeds / 12
 
 
 def test_powers_are_found_exactly() -> None:
     """In windows of one sample too, and where the first window is long."""
-    for count in (8, 32, SAMPLES):
+    for count in (8, SAMPLES):
         parts = np.array_split(TIMES, count)
         edges = np.concatenate(([0.5], 0.5 + np.cumsum([len(part) for part in parts])))
-        for b in (0.0, 0.5, 1.0, 2.0):
+        for b in (0.0, 0.5, 2.0):
             rms = [np.sqrt(np.mean(part ** (2.0 * b))) for part in parts]
             found = growth_over_members(np.tile(rms, (9, 1)), edges)
             assert abs(found.exponent - b) < 5e-3
@@ -100,7 +104,7 @@ def test_nothing_deviates() -> None:
     assert np.isnan(found.exponent)
     assert found.size == 0.0
     some = np.zeros((20, COUNT))
-    some[:, 9:] = windows(walk(np.random.default_rng(1), 20))[:, 9:]
+    some[:, 9:] = drawn("walk", 1, 20)[:, 9:]
     assert np.isfinite(growth_over_members(some, EDGES).exponent)
 
 
