@@ -22,19 +22,13 @@ def made(factor: float) -> gi.Problem:
     def scaled(params: Any, t: Any, y: Any, work: Any) -> Any:
         return factor * y[0]
 
-    return gi.Problem(
-        "turning",
-        (("y", 2),),
-        params=[2.0],
-        field=turning,
-        invariants={"energy": gi.observable(scaled)},
-    )
+    invariants = {"energy": gi.observable(scaled)}
+    return gi.Problem("turning", (("y", 2),), [2.0], field=turning, invariants=invariants)
 
 
 def solved(problem: gi.Problem, y0: Any, method: gi.Method) -> gi.Solution:
-    return gi.solve(
-        problem, y0, t_end=1.0, method=method, step=0.1, observe=list(problem.invariants)
-    )
+    run = {"t_end": 1.0, "step": 0.1, "observe": list(problem.invariants)}
+    return gi.solve(problem, y0, method=method, **run)
 
 
 def in_process(problem: gi.Problem, y0: Any, method: gi.Method) -> tuple[gi.Solution, list[str]]:
