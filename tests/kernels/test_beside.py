@@ -14,8 +14,7 @@ from functools import partial
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling import beside
-from geomint.kernels.compiling.sending import sent
+from geomint.kernels.compiling import beside, sending
 
 from .test_cache import COMPILING
 
@@ -120,7 +119,7 @@ def test_without_a_second_process(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_it_ends(gone: bool) -> None:
     """With the one that began it, and by itself; what its tasks print or raise is nobody's."""
     tasks = (partial(print, "printed"), partial(int, "raised"), partial(time.sleep, 600.0 * gone))
-    content, pipe = sent(tasks), subprocess.PIPE
+    content, pipe = sending.sent(tasks), subprocess.PIPE
     program = [sys.executable, "-c", beside._PROGRAM.format(sys.path)]
     with subprocess.Popen(program, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         process.stdin.write(len(content).to_bytes(8, "little") + content)

@@ -14,12 +14,12 @@ import numpy as np
 from numba.core import types
 
 import geomint as gi
-from geomint.kernels.compiling.cache import cache_folder
+from geomint.kernels.compiling import cache
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.numbers.blocks import Block, LaneBlock, as_lanes, fixed_rows
 
-assert cache_folder().path.name.endswith("-boundscheck")
+assert cache.cache_folder().path.name.endswith("-boundscheck")
 
 
 @gi.helper

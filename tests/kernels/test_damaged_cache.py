@@ -17,7 +17,6 @@ import pytest
 import geomint as gi
 from geomint.kernels.compiling import cache, private
 from geomint.kernels.compiling.compile import listen
-from geomint.kernels.compiling.private import private_folder
 
 from .test_cache import FIELD, evaluated, run
 
@@ -40,7 +39,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def refused(words: str = "others may write") -> None:
     with pytest.raises(OSError, match=words):
-        private_folder("some")
+        private.private_folder("some")
 
 
 # --- code -----------------------------------------------------------------------------------------
@@ -196,7 +195,7 @@ def test_a_fork_while_a_thread_compiles(tmp_path: Path) -> None:
 def test_the_folder_is_private_whatever_the_umask(kept: Path) -> None:
     before = os.umask(0)
     try:
-        private_folder("some").write("a", b"own")
+        private.private_folder("some").write("a", b"own")
     finally:
         os.umask(before)
     assert [stat.S_IMODE(x.stat().st_mode) for x in (kept, kept.parent, kept / "a")] == [
@@ -209,7 +208,7 @@ def test_a_folder_that_is_swapped_after_a_look_is_held(
     after: str, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whichever of the folders on the way: what somebody else puts in its place is not read."""
-    folder = private_folder("some")
+    folder = private.private_folder("some")
     folder.write("a", b"own")
     place = next(p for p in (kept, *kept.parents) if p.name == after)
     look = private._check
@@ -228,7 +227,7 @@ def test_a_folder_that_is_swapped_after_a_look_is_held(
 
 def test_the_folder_is_looked_at_whenever_it_is_used(kept: Path) -> None:
     """One that becomes open is neither read nor written to; one that is removed is made again."""
-    folder = private_folder("some")
+    folder = private.private_folder("some")
     folder.write("a", b"own")
     kept.parent.chmod(0o777)
     for call in (folder.read, lambda name: folder.write(name, b"again")):
@@ -244,7 +243,7 @@ def test_the_folder_is_looked_at_whenever_it_is_used(kept: Path) -> None:
 
 def test_what_is_no_file_of_the_user_is_left_alone(kept: Path, tmp_path: Path) -> None:
     """Neither read nor replaced, nor is what it leads to; nobody writes to a FIFO: it would wait."""
-    folder = private_folder("some")
+    folder = private.private_folder("some")
     (tmp_path / "elsewhere").write_bytes(b"of somebody")
     (kept / "link").symlink_to(tmp_path / "elsewhere")
     (kept / "folder").mkdir()
@@ -261,7 +260,7 @@ def test_what_is_no_file_of_the_user_is_left_alone(kept: Path, tmp_path: Path) -
 
 def test_files_that_may_be_of_others_are_not_read(kept: Path) -> None:
     """Those that others may write to, or that were copied there: they are code of other functions."""
-    folder = private_folder("some")
+    folder = private.private_folder("some")
     for name in "ab":
         folder.write(name, name.encode())
     shutil.copy(kept / "a", kept / "b")
@@ -275,7 +274,7 @@ def test_files_that_may_be_of_others_are_not_read(kept: Path) -> None:
 
 def test_what_is_written_is_whole(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """If it cannot be moved to its place, the old one stays, and nothing beside it."""
-    folder = private_folder("some")
+    folder = private.private_folder("some")
     folder.write("a", b"one")
 
     def fail(*_: object, **__: object) -> None:
@@ -299,7 +298,7 @@ def test_links_to_the_folder_are_looked_at(whose: str, kept: Path, tmp_path: Pat
     link.parent.mkdir()
     link.symlink_to("../own")
     (tmp_path / "cache").symlink_to(link)
-    private_folder("some").write("a", b"own")
+    private.private_folder("some").write("a", b"own")
     assert [path.name for path in own.iterdir()] == ["some"]
     if whose == "of another user":
         os.lchown(link, 1234, -1)
@@ -321,7 +320,7 @@ def test_nothing_is_removed_where_a_link_leads(way: str, kept: Path, tmp_path: P
     assert sorted(path.name for path in theirs.iterdir()) == ["file", "folder"]
     assert stat.S_IMODE(theirs.stat().st_mode) == 0o777
     theirs.chmod(0o700)
-    private_folder("some").write("a", b"own")
+    private.private_folder("some").write("a", b"own")
     assert (theirs / "file").exists()
 
 
@@ -333,7 +332,7 @@ def test_links_in_bad_places(kept: Path, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir(mode=0o700)
     (tmp_path / "cache").mkdir()
     kept.parent.symlink_to(tmp_path / "mine")
-    private_folder("some")
+    private.private_folder("some")
     (tmp_path / "cache").chmod(0o777)
     refused()
 
@@ -341,7 +340,7 @@ def test_links_in_bad_places(kept: Path, tmp_path: Path) -> None:
 def test_sticky_folders_are_passed_but_nothing_is_kept_in_them(kept: Path) -> None:
     kept.parent.mkdir(parents=True)
     kept.parent.chmod(0o1777)
-    private_folder("some").write("a", b"own")
+    private.private_folder("some").write("a", b"own")
     kept.chmod(0o1777)
     refused()
 
@@ -375,7 +374,7 @@ def test_the_group_may_write_where_it_is_the_users_own(
             monkeypatch.setattr(os, "listxattr", lambda _, listed=listed: listed)
         private._alone.cache_clear()
         if allowed:
-            private_folder("some").write("a", b"own")
+            private.private_folder("some").write("a", b"own")
         else:
             refused()
     private._alone.cache_clear()
@@ -387,7 +386,7 @@ def test_where_folders_cannot_be_held(
     """There the user's own folder is taken in place of a given one."""
     monkeypatch.setattr(private, "_HELD", False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "own"))
-    folder = private_folder("some")
+    folder = private.private_folder("some")
     assert tmp_path / "cache" not in folder.path.parents
     assert "cannot be held" in folder.instead_of
     folder.write("a", b"own")
@@ -403,9 +402,11 @@ def test_a_folder_that_is_gone_below_the_process(
     monkeypatch.setenv("NUMBA_CACHE_DIR", "relative")
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    assert private_folder("some").path == tmp_path / "here" / "relative" / "geomint" / "some"
+    assert (
+        private.private_folder("some").path == tmp_path / "here" / "relative" / "geomint" / "some"
+    )
     shutil.rmtree(tmp_path / "here")
-    assert private_folder("some").path.is_relative_to(tmp_path / "own")
+    assert private.private_folder("some").path.is_relative_to(tmp_path / "own")
     monkeypatch.chdir(tmp_path)
 
 
@@ -435,7 +436,7 @@ def test_folders_that_may_be_passed_but_not_read(
     (anywhere / "own").mkdir()
     os.chown(anywhere / "own", 12345, 12345)
     with another_user(12345):
-        private_folder("some").write("a", b"own")
+        private.private_folder("some").write("a", b"own")
     for who in (0, 23456):  # nor is what that one keeps another's, nor root's
         with another_user(who):
             refused("another user")
@@ -448,4 +449,4 @@ def test_folders_that_may_be_passed_but_not_read(
     os.chown(shared / "a", 23456, -1)
     (shared / "a").chmod(0o644)
     with another_user(12345):
-        assert private_folder("some").read("a") is None
+        assert private.private_folder("some").read("a") is None
