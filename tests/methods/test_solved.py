@@ -1,11 +1,13 @@
 """Accepted means solved: the equations of implicit steps, evaluated again outside of the kernels.
 
 A residual is measured in ε times the size of its piece of the state: the largest of the piece before
-the step, after it, and of h times its rate.
+the step, after it, and of h times its rate. RATTLE's multipliers are left free: what is along the
+normals of the constraint is their business, only the rest of an equation for p is a residual.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -13,15 +15,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, LaneBlock
-from geomint.kernels.numbers.lanes import LANES, Lanes
-from geomint.kernels.solve.gauss import gauss_memory
-from geomint.kernels.solve.status import OK
-from geomint.methods import Start
-from geomint.methods.gauss import lane_positions
 from geomint.problems.testproblems import neumann
 from geomint.tableaux import gauss_legendre
 from tests.methods.first_steps import KINDS, problems, states
+from tests.methods.stage_increments import increments
+from tests.methods.textbook import constraint, gradients
 
 Array = Any
 EPSILON = 2.0**-52
@@ -33,58 +31,29 @@ TOO_LONG = {"nearly at rest": 0.4, "other sizes": 0.4}
 T0 = 0.25
 
 
-def derivatives(problem: gi.Problem, t: Array, Y: Array) -> Array:
-    """Return ẏ at many states at once, by the field's source in plain numpy; states are rows."""
-    flat = Y.reshape(-1, problem.rows)
-    out = LaneBlock(np.full(flat.shape[::-1], np.nan))
-    work = LaneBlock(np.zeros((problem.work, len(flat))))
-    state = LaneBlock(np.ascontiguousarray(flat.T))
-    with np.errstate(all="ignore"):
-        problem.field(Block(problem.params), Lanes(t.ravel()), state, out, work)
-    return out.data.T.reshape(Y.shape)
+def taken(motion: gi.Integrator, y: Array, h: float) -> bool:
+    """Whether one step from there was accepted."""
+    motion.reset(y, T0)
+    motion.h = h
+    try:
+        motion.step()
+    except gi.StepError:
+        return False
+    return True
 
 
-def residuals(problem: gi.Problem, stages: int, y0: Array, y1: Array, h: Array, L: Array) -> Array:
-    """Return for each step the largest residual of ``L_i = h b_i f(t + c_i h, y + Σ μ_ij L_j)``."""
-    table = gauss_legendre(stages)
-    Y = y0[:, None, :] + np.einsum("ij,mjr->mir", table.mu, L)
-    F = derivatives(problem, T0 + h[:, None] * table.c, Y)
-    defect = np.abs(h[:, None, None] * table.b[:, None] * F - L)
-    worst = np.zeros(len(h))
+def stage_residual(motion: gi.Integrator, stages: int, y0: Array, h: float) -> float:
+    """The largest residual of L_i = h b_i f(t + c_i h, y + Σ μ_ij L_j)."""
+    problem, table, L = motion.problem, gauss_legendre(stages), increments(motion.stepper, stages)
+    Y = y0 + table.mu @ L
+    times = T0 + table.c * h
+    F = h * np.array([gi.derivative(problem, y, t, "field") for y, t in zip(Y, times, strict=True)])
+    defect, worst = np.abs(table.b[:, None] * F - L), 0.0
     for piece in problem.slices.values():
-        moves = np.max(np.abs(h[:, None, None] * F[..., piece]), axis=(1, 2))
-        ends = np.maximum(np.abs(y0[:, piece]), np.abs(y1[:, piece])).max(axis=1)
-        size = np.maximum(np.maximum(moves, ends), 1e-300)
-        worst = np.maximum(worst, defect[..., piece].max(axis=(1, 2)) / (EPSILON * size))
+        parts = (x[..., piece] for x in (F, y0, motion.state))
+        size = max(1e-300, *(np.abs(x).max() for x in parts))
+        worst = max(worst, defect[:, piece].max() / (EPSILON * size))
     return worst
-
-
-class Steps:
-    """First steps of one problem: what was accepted, and what failed though it need not."""
-
-    def __init__(self, problem: gi.Problem, stages: int, h: float, tolerance: float = 0.0) -> None:
-        self.problem, self.stages = problem, stages
-        given = {"iteration": "fixed-point", "iteration_tolerance": tolerance}
-        self.stepper = gi.Gauss(stages, **given).start(Start(problem, np.ones(problem.rows), T0, h))
-        self.accepted: list[tuple[Array, ...]] = []
-        self.failed: list[tuple[Array, float]] = []
-        self.lanes = lane_positions(stages, 8 * (1 if stages <= LANES else 2))
-
-    def take(self, y: Array, h: float) -> None:
-        rows = self.problem.rows
-        stepper = self.stepper.restarted(y, T0, h)
-        result = stepper.advance(0, 1, 2, Block(np.zeros(0)))
-        if result.status == OK:
-            width = len(self.lanes) > LANES
-            numbers = gi.section(stepper.memory, gauss_memory(rows, 1 + width), "stages").data
-            L = np.concatenate(list(numbers.reshape(1 + width, rows, LANES)), axis=1)
-            self.accepted.append((y, stepper.state.copy(), h, L.T[self.lanes]))
-        elif np.isfinite(derivatives(self.problem, np.array([T0]), y[None])).all():
-            self.failed.append((y, h))
-
-    def worst(self) -> float:
-        y0, y1, h, L = (np.array(column) for column in zip(*self.accepted, strict=True))
-        return float(residuals(self.problem, self.stages, y0, y1, h, L).max())
 
 
 def first_steps(
@@ -92,33 +61,32 @@ def first_steps(
 ) -> tuple[int, int]:
     """Take first steps; all that are accepted are solved. Return how many were, and how many failed."""
     bound = max(BOUND, 4.0 * tolerance / EPSILON)
-    taken = failed = 0
-    for problem, start in problems("field", few):
+    accepted = failed = 0
+    for problem, start in problems("field", few)[:: 2 if few else 1]:
         h0 = gi.Gauss(8).default_step(problem, start, 1.0)
         rng = np.random.default_rng([stages, problem.rows])
-        steps = Steps(problem, stages, h0, tolerance)
+        method = gi.Gauss(stages, iteration="fixed-point", iteration_tolerance=tolerance)
+        motion = gi.Integrator(problem, start, method, step=h0, compiled=not few)
         for y in states(problem, start, kind, count, seed=stages):
-            steps.take(y, h0 * rng.choice(LENGTHS))
-        if steps.accepted:
-            assert steps.worst() <= bound, (problem.name, kind, steps.worst())
-        taken, failed = taken + len(steps.accepted), failed + len(steps.failed)
-    return taken, failed
+            h = h0 * rng.choice(LENGTHS)
+            if taken(motion, y, h):
+                accepted += 1
+                worst = stage_residual(motion, stages, y, h)
+                assert worst <= bound, (problem.name, kind, y, h, worst)
+            else:
+                failed += bool(np.isfinite(gi.derivative(problem, y, T0, "field")).all())
+    return accepted, failed
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_an_accepted_step_is_solved(kind: str) -> None:
-    """Default steps and shorter ones; few fail: they are too long there."""
-    taken, failed = first_steps(kind, 8, 30, few=True)
-    assert taken > 60
-    assert failed <= TOO_LONG.get(kind, 0.05) * taken
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_tolerance_is_met(kind: str) -> None:
-    """What is left is a few times the tolerance, though it was only predicted."""
-    taken, failed = first_steps(kind, 8, 30, few=True, tolerance=1e-10)
-    assert taken > 60
-    assert failed <= TOO_LONG.get(kind, 0.05) * taken
+@pytest.mark.parametrize(
+    ("kind", "tolerance"),
+    [*((kind, 0.0) for kind in KINDS), ("generic", 1e-10), ("other sizes", 1e-10)],
+)
+def test_an_accepted_step_is_solved(kind: str, tolerance: float) -> None:
+    """To rounding, or a few times the tolerance, though it was only predicted; few steps fail."""
+    accepted, failed = first_steps(kind, 8, 8, few=True, tolerance=tolerance)
+    assert accepted > 5
+    assert failed <= TOO_LONG.get(kind, 0.05) * accepted
 
 
 @pytest.mark.nightly
@@ -126,36 +94,126 @@ def test_a_tolerance_is_met(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_thousand_accepted_steps_are_solved(kind: str, stages: int) -> None:
     """Of all systems and test problems; over all kinds and numbers of stages together."""
-    taken, failed = first_steps(kind, stages, 180, few=False)
-    assert taken > 1500
-    assert failed <= TOO_LONG.get(kind, 0.05) * taken
+    accepted, failed = first_steps(kind, stages, 180, few=False)
+    assert accepted > 1500
+    assert failed <= TOO_LONG.get(kind, 0.05) * accepted
+
+
+# --- RATTLE ---------------------------------------------------------------------------------------
+
+
+def tangential(G: Array, v: Array) -> Array:
+    return v - G.T @ np.linalg.lstsq(G.T, v, rcond=None)[0]
+
+
+def half_step(motion: gi.Integrator, y: Array, h: float) -> Array:
+    """Return P out of memory: behind the state and its carry its increment, or multipliers."""
+    problem, n = motion.problem, len(y) // 2
+    q, p, kept = y[:n], y[n:], motion.stepper.memory.data[4 * n :]
+    if not problem.hamiltonian.separable:
+        return p + kept[n : 2 * n]
+    force = constraint(problem, q)[1].T @ kept[: problem.hamiltonian.constraints]
+    return p - 0.5 * h * (gradients(problem, T0, q, p)[0] + force)
+
+
+def rattle_residual(motion: gi.Integrator, y: Array, h: float) -> float:
+    """The largest residual of Hairer, Lubich, Wanner, VII.1 (1.26)."""
+    problem, n, half = motion.problem, len(y) // 2, 0.5 * h
+    q, p, q1, p1 = y[:n], y[n:], motion.state[:n], motion.state[n:]
+    P = half_step(motion, y, h)
+    (dq0, dp0), (dq1, dp1) = gradients(problem, T0, q, P), gradients(problem, T0 + h, q1, P)
+    end = gradients(problem, T0 + h, q1, p1)[1]
+    (_, G0), (g1, G1) = constraint(problem, q), constraint(problem, q1)
+    q_size = max(np.abs(x).max() for x in (q, q1, h * dp0, h * dp1))
+    p_size = max(np.abs(x).max() for x in (p, p1, P, h * dq0, h * dq1, 1e-300 + 0.0 * p))
+    pushed = gradients(problem, T0 + h, q1, p1 - h * dq1)[1]  # by forces alone, without multipliers
+    rates = max(np.abs(v).max() for v in (end, dp0, pushed, 1e-300 + 0.0 * end))
+    found = (
+        np.abs(q1 - q - half * (dp0 + dp1)).max() / q_size,
+        np.abs(tangential(G0, P - p + half * dq0)).max() / p_size,
+        np.abs(g1).max() / (np.abs(G1).max() * q_size),
+        np.abs(tangential(G1, p1 - P + half * dq1)).max() / p_size,
+        np.abs(G1 @ end).max() / (np.abs(G1).max() * rates),
+    )
+    return float(max(found)) / EPSILON
+
+
+def on_spheres(few: bool) -> list[tuple[gi.Problem, Array]]:
+    """Separable or not."""
+    found = []
+    for problem, y0 in problems("hamiltonian", few):
+        if few and problem.name not in ("spherical-pendulum", "neumann-3"):
+            continue
+        if problem.admit is not None:
+            found.append((problem, y0))
+        if problem.admit is not None and problem.hamiltonian.separable:
+            form = dataclasses.replace(problem.hamiltonian, separable=False)
+            found.append((dataclasses.replace(problem, hamiltonian=form), y0))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("few", "count"), [(True, 20), pytest.param(False, 150, marks=pytest.mark.nightly)]
+)
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_accepted_rattle_step_is_solved(kind: str, few: bool, count: int) -> None:
+    """Of few problems in plain Python, which has the same bits; at night of all systems on spheres."""
+    accepted = failed = 0
+    method = gi.find_method("rattle-2")
+    for problem, start in on_spheres(few):
+        rng = np.random.default_rng(problem.rows)
+        motion = gi.Integrator(problem, start, method, step=1.0, compiled=not few)
+        h0 = method.default_step(problem, start, 1.0)
+        for y in states(problem, start, kind, count, seed=1):
+            if np.abs(y[: len(y) // 2]).max() == 0.0:
+                continue
+            h = min(h0, method.default_step(problem, y, 1.0)) * rng.choice([1.0, 0.1, 1e-3, 1e-6])
+            if not taken(motion, y, h):
+                failed += 1
+                continue
+            worst = rattle_residual(motion, y, h)
+            assert worst <= 64.0, (problem.name, problem.hamiltonian.separable, y, h, worst)
+            accepted += 1
+    assert accepted > 0.7 * count
+    assert failed <= 0.02 * accepted
 
 
 # --- where there is nothing to do -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["gauss-1", "gauss-8", "rattle-2"])
-def test_fixed_points_stop_at_once(name: str) -> None:
-    """At the poles of Neumann's system, at rest, no iteration is left to do after the first."""
-    problem = neumann.problem()
-    for i in range(3):
-        y = np.eye(6)[i]
-        stepper = gi.find_method(name).start(Start(problem, y, 0.0, 0.3))
-        result = stepper.advance(0, 10, 10, Block(np.zeros(6)))
-        assert (result.status, result.steps) == (OK, 10)
-        assert result.iterations <= 20
-        np.testing.assert_array_equal(stepper.state, y)
+def iterations(
+    problem: gi.Problem, y: Array, name: str, h: float, steps: int = 10
+) -> tuple[int, Array]:
+    """How many iterations steps took, and where they lead."""
+    motion = gi.Integrator(problem, y, name, step=h, compiled=False)
+    motion.step(steps)
+    return motion.iterations, motion.state
+
+
+@pytest.mark.parametrize("name", ["gauss-1", "gauss-8", "rattle-2", "lobatto-3", "lobatto-8"])
+def test_what_rests_stays_at_rest_at_once(name: str) -> None:
+    """At the poles of Neumann's system and on a free sphere no iteration is left after the first.
+
+    What rounding leaves of g(q) = 0 on the sphere pushes nothing.
+    """
+    free = gi.load_scene("hamiltonized-n3").problem
+    poles = np.eye(6)[:3] if "lobatto" not in name else ()
+    resting = [(neumann.problem(), y, 0.3) for y in poles]
+    resting += [(free, free.random_state(k) * [1, 1, 1, 0, 0, 0], 0.01) for k in range(10)]
+    for problem, y, h in resting:
+        count, end = iterations(problem, y, name, h)
+        assert count <= (10 if name == "rattle-2" and problem is free else 20), (name, problem.name)
+        np.testing.assert_array_equal(end, y)
 
 
 def test_steady_rotations_stop_soon() -> None:
     """An increment that is the same in every stage and step is found again: a few iterations."""
-    named = {problem.name: problem for problem, _ in problems("field", few=True)}
-    problem, n = named["chaplygin-sphere-reduced"], 3
-    y = np.eye(2 * n)[0] + np.eye(2 * n)[n + 1]  # a great circle along two principal axes
+    problem = gi.load_scene("sphere-n3").problem
+    y = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])  # a great circle along two principal axes
     h = gi.Gauss(8).default_step(problem, y, 1.0)
-    stepper = gi.Gauss(8).start(Start(problem, y, 0.0, h))
-    assert stepper.advance(0, 100, 100, Block(np.zeros(2 * n))).iterations < 2500
-    assert np.max(np.abs(np.delete(stepper.state, [0, 1, n, n + 1]))) == 0.0
+    count, end = iterations(problem, y, "gauss-8", h, 40)
+    assert count < 1000
+    assert np.max(np.abs(end[[2, 5]])) == 0.0
 
 
 # --- from rest ------------------------------------------------------------------------------------
@@ -172,41 +230,40 @@ def energy(params, t, y, work):
     return 0.5 * y[1] * y[1] - params[0] * gi.cos(y[0])
 
 
-def pendulum_problem(g: float = 1.0, together: bool = False) -> gi.Problem:
+def swinging(g: float = 1.0, together: bool = False) -> gi.Problem:
     pieces = (("state", 2),) if together else (("angle", 1), ("momentum", 1))
     return gi.Problem("pendulum", pieces, params=[g], field=pendulum, invariants={"energy": energy})
 
 
-def truth(g: float, y0: list[float], t: float) -> Array:
+def truth(y0: list[float], t: float) -> Array:
     """Return the state at t by SciPy."""
     run = solve_ivp(
-        lambda t, y: [y[1], -g * np.sin(y[0])], (0.0, t), y0, "DOP853", rtol=1e-13, atol=1e-13
+        lambda t, y: [y[1], -np.sin(y[0])], (0.0, t), y0, "DOP853", rtol=1e-13, atol=1e-13
     )
     return run.y[:, -1]
 
 
 @pytest.mark.parametrize(
-    "name", ["gauss-1", "gauss-3", "gauss-8", "gauss-12", "gauss-1-suzuki-4", "gauss-1-yoshida-6"]
+    ("name", "step", "bound"),
+    [
+        *(("gauss-1", 0.01, 1e-3), ("gauss-8", 0.2, 1e-10), ("gauss-1-suzuki-4", 0.05, 1e-4)),
+    ],
 )
-def test_a_pendulum_from_rest(name: str) -> None:
+def test_a_pendulum_from_rest(name: str, step: float, bound: float) -> None:
     """As two pieces and as one; to the order of the method, and its energy no worse."""
-    exact = truth(1.0, [2.0, 0.0], 20.0)
-    step = 0.01 if name == "gauss-1" else 0.05 if name.startswith("gauss-1-") else 0.2
-    bound = {"gauss-1": 1e-3, "gauss-1-suzuki-4": 1e-4, "gauss-3": 1e-5}.get(name, 1e-7)
+    exact = truth([2.0, 0.0], 20.0)
     for together in (False, True):
-        problem = pendulum_problem(together=together)
-        sol = gi.solve(problem, [2.0, 0.0], t_end=20.0, step=step, method=name, observe=["energy"])
-        assert np.max(np.abs(sol.y[-1] - exact)) < (1e-10 if name == "gauss-8" else bound)
+        run = {"t_end": 20.0, "step": step, "method": name, "observe": ["energy"]}
+        sol = gi.solve(swinging(together=together), [2.0, 0.0], **run)
+        assert np.max(np.abs(sol.y[-1] - exact)) < bound
         assert sol.drift["energy"].max_abs_error < bound
 
 
-@pytest.mark.parametrize("g", [1e-8, 1.0, 30.0, 100.0, 1e6])
+@pytest.mark.parametrize("g", [1e-8, 1.0, 100.0, 1e6])
 @pytest.mark.parametrize("y0", [[2.0, 0.0], [0.5 * np.pi, 0.0], [1e-3, 0.0], [2.0, 1e-9]])
 def test_the_default_step_from_rest(g: float, y0: list[float]) -> None:
     """The step is that of the motion in any unit of time, not of a momentum that is (nearly) 0."""
-    scaled = [y0[0], y0[1] * g**0.5]
-    t = 10.0 / g**0.5
-    sol = gi.solve(pendulum_problem(g), scaled, t_end=t)
+    t, unit = 10.0 / g**0.5, np.array([1.0, g**0.5])
+    sol = gi.solve(swinging(g), y0 * unit, t_end=t)
     assert 10 <= sol.steps <= 100
-    errors = np.abs(sol.y[-1] - truth(1.0, y0, 10.0) * [1.0, g**0.5])
-    assert np.max(errors / [1.0, g**0.5]) < 1e-9
+    assert np.max(np.abs(sol.y[-1] / unit - truth(y0, 10.0))) < 1e-9
