@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.compare.reference import reference_solution
-from geomint.methods import agreement
 
 SINGLE = np.float32(0.1)
 SMALL = np.array([3, 5], dtype=np.uint8)
@@ -82,16 +80,3 @@ def test_what_agrees_runs() -> None:
     for method in ("rk-4", "dop853-adaptive"):
         run = gi.solve(problem(whole_numbers), [1.0, 0.0], t_end=1.0, step=0.1, method=method)
         assert run.success
-
-
-def test_it_is_seen_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A step in plain Python is not for every run."""
-    gi.solve(problem(whole_numbers), [1.0, 0.0], t_end=1.0, step=0.1, method="rk-4")
-    monkeypatch.setattr(agreement, "replace", lambda *a, **k: pytest.fail("again"))
-    gi.solve(problem(whole_numbers), [0.5, 0.0], t_end=1.0, step=0.1, method="rk-4")
-
-
-def test_no_reference_is_confirmed_by_the_same_wrong_numbers() -> None:
-    """A long one, which compiled code confirms."""
-    with pytest.raises((gi.DeclarationError, gi.UnknownReferenceError)):
-        reference_solution(problem(single), np.array([1.0, 0.0]), 600.0)
