@@ -102,23 +102,3 @@ def test_forms_describe_one_flow(name: str) -> None:
             only = dataclasses.replace(problem, field=None)
             found = gi.solve(only, y0, step=time / steps, method=method, **plain).y[-1]
             np.testing.assert_allclose(found, reference, rtol=0, atol=2e-9)
-
-
-def test_generators_do_not_commute() -> None:
-    """The brackets of generators at different times are far from zero."""
-    from geomint.kernels.numbers.blocks import Block
-
-    for problem, y0 in examples():
-        if problem.action is None:
-            continue
-        group = problem.action.group
-        elements = []
-        sol = gi.solve(problem, y0, t_end=1.0, step=0.05, method="dop853")
-        for t, y in ((0.0, y0), (1.0, sol.y[-1])):
-            xi = Block(np.zeros(group.algebra_rows))
-            work = Block(np.zeros(problem.work))
-            problem.action.generator(Block(problem.params), np.float64(t), Block(y), xi, work)
-            elements.append(xi)
-        out = Block(np.zeros(group.algebra_rows))
-        group.bracket(Block(group.layout), *elements, out, Block(np.zeros(group.work)))
-        assert np.max(np.abs(out.data)) > 0.05
