@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
 
 import geomint as gi
@@ -72,22 +74,16 @@ def repelling(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 def test_functions_without_derivatives_and_with_time() -> None:
-    pieces, y = (("q", 1), ("p", 1)), np.array([0.3, 0.0])
-    for sign, wrong in ((1.0, False), (-1.0, True)):
-        right = gi.Problem(
-            "r", pieces, np.array([0.0, sign]), repelled, invariants={"energy": repelling}
-        )
-        assert bool(false_claims(right, y)) is wrong
-    far = np.array([800.0, 1.0])  # exp is 0 there
-    for pushed, wrong in ((2.0, False), (0.0, False)):
-        right = gi.Problem(
-            "r", pieces, np.array([pushed, 1.0]), repelled, invariants={"of-time": of_time}
-        )
-        assert bool(false_claims(right, far, 0.7)) is wrong
-    driven = gi.Problem(
-        "r", pieces, np.array([2.0, 1.0]), repelled, invariants={"energy": repelling}
-    )
-    assert false_claims(driven, np.array([0.3, 0.5]), 0.7)
+    pieces = (("q", 1), ("p", 1))
+    for numbers, invariant, y, t, wrong in (
+        ((0.0, 1.0), repelling, [0.3, 0.0], 0.0, False),
+        ((0.0, -1.0), repelling, [0.3, 0.0], 0.0, True),
+        ((2.0, 1.0), repelling, [0.3, 0.5], 0.7, True),  # driven
+        ((2.0, 1.0), of_time, [800.0, 1.0], 0.7, False),  # exp is 0 there
+    ):
+        given = {"invariants": {"it": invariant}}
+        problem = gi.Problem("r", pieces, np.array(numbers), repelled, **given)
+        assert bool(false_claims(problem, np.array(y), t)) is wrong
 
 
 @gi.observable
@@ -103,24 +99,18 @@ def test_what_python_cannot_evaluate_is_not_judged() -> None:
     assert gi.solve(problem, [-2.0, 0.0], t_end=1.0, step=0.1).success
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_no_built_in_system_says_what_is_not_so(name: str) -> None:
-    scene = gi.load_scene(name)
-    for label, problem in scene.model.problems.items():
-        y = scene.model.states[label]
-        assert false_claims(problem, y, 0.3) == ()
-        if problem.make_random is None:
+@given(st.sampled_from(SCENES), st.sampled_from([0.0, 1e-12, 1e4]), st.integers(0, 5))
+def test_no_built_in_system_says_what_is_not_so(name: str, scale: float, piece: int) -> None:
+    """Nor where a piece rests, nearly rests, or is huge."""
+    model = gi.load_scene(name).model
+    for label, problem in model.problems.items():
+        assert false_claims(problem, model.states[label], 0.3) == ()
+        if problem.make_random is None or problem.rows >= 20:
             continue
         y = problem.random_state(3)
-        for rows in problem.slices.values() if problem.rows < 20 else ():
-            for scale in (0.0, 1e-12, 1e4):
-                z = y.copy()
-                z[rows] *= scale
-                try:
-                    z = problem.canonical(z)
-                except gi.GeomintError:
-                    continue
-                assert false_claims(problem, z) == ()
+        y[list(problem.slices.values())[piece % len(problem.slices)]] *= scale
+        with contextlib.suppress(gi.GeomintError):  # what is not admitted
+            assert false_claims(problem, problem.canonical(y)) == ()
 
 
 # --- constraints of a Hamiltonian -----------------------------------------------------------------
@@ -128,7 +118,7 @@ def test_no_built_in_system_says_what_is_not_so(name: str) -> None:
 
 @gi.field
 def heavy(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
-    for i in range(2):
+    for i in range(len(q)):
         dq[i] = 0.0 * q[i]
         dp[i] = 1.0 * p[i]
     dq[1] = dq[1] + params[0]
@@ -235,12 +225,10 @@ def bars_hold(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
         G[n * r + 2 * i + 3] = 1.0 * y
 
 
-BARS = gi.Problem(
-    "four-bars",
-    (("q", ROWS), ("p", ROWS)),
-    np.append(np.linalg.inv(MASS).ravel(), FORCE),
-    hamiltonian=gi.Hamiltonian(bars_move, bars_hold, 2 * N + 1, separable=True),
-)
+def four_bars(move: Any, separable: bool = False) -> gi.Problem:
+    form = gi.Hamiltonian(move, bars_hold, 2 * N + 1, separable=separable)
+    numbers = np.append(np.linalg.inv(MASS).ravel(), FORCE)
+    return gi.Problem("four-bars", (("q", ROWS), ("p", ROWS)), numbers, hamiltonian=form)
 
 
 def bars_at(angle: float, rate: float) -> Any:
@@ -276,55 +264,63 @@ def fast_bars_swing(t: float, y: Any) -> list[float]:
     return [factor * y[1] / root, (0.3 * root + 3.5 * WEIGHT) * np.sin(y[0]) / 3.0]
 
 
-ANY_BARS = dataclasses.replace(BARS, hamiltonian=gi.Hamiltonian(bars_move, bars_hold, 2 * N + 1))
-FAST_BARS = dataclasses.replace(
-    BARS, hamiltonian=gi.Hamiltonian(fast_bars_move, bars_hold, 2 * N + 1)
-)
+def swung(swing: Any, end: float, angle: float, rate: float) -> Any:
+    """Where the bars are at the end, by SciPy."""
+    run = solve_ivp(swing, (0.0, end), [angle, rate], "DOP853", rtol=1e-12, atol=1e-12)
+    return bars_at(run.y[0, -1], 0.0)[:ROWS]
 
 
-@pytest.mark.parametrize(
-    ("problem", "method", "step", "right"),
-    [
-        (BARS, "rattle-4", 0.05, range(50, 60)),
-        (BARS, "rattle-8", 0.05, range(55, 60)),
-        (ANY_BARS, "rattle-4", 0.02, range(55, 61)),
-        (ANY_BARS, "rattle-8", 0.05, range(55, 61)),
-        (BARS, "lobatto-4", 0.05, range(60, 61)),
-        (BARS, "lobatto-8", 0.02, range(60, 61)),
-        (FAST_BARS, "rattle-2", 0.02, range(55, 61)),
-        (FAST_BARS, "lobatto-8", 0.02, range(57, 61)),
-    ],
-)
-def test_stretched_bars_are_passed_rightly_or_not_at_all(
-    problem: gi.Problem, method: str, step: float, right: range
-) -> None:
-    """3 θ″ = 3.5 g sin θ; beyond the stretched state a bar may fold, which none does by itself."""
+BARS = four_bars(bars_move, separable=True)
+ANY_BARS, FAST_BARS = four_bars(bars_move), four_bars(fast_bars_move)
+# Problem, method, step, of 60 runs how many may be passed, and within what.
+PASSED = [
+    *((BARS, "rattle-4", 0.05, range(50, 60)), (ANY_BARS, "rattle-4", 0.02, range(55, 61))),
+    *((BARS, "rattle-8", 0.05, range(55, 60)), (ANY_BARS, "rattle-8", 0.05, range(55, 61))),
+    *((BARS, "lobatto-4", 0.05, range(60, 61)), (BARS, "lobatto-8", 0.02, range(60, 61))),
+    (FAST_BARS, "rattle-2", 0.02, range(55, 61)),
+    (FAST_BARS, "lobatto-8", 0.02, range(57, 61)),
+]
+
+
+def passed(
+    problem: gi.Problem, method: str, step: float, runs: int = 60, bound: float = 0.02, **more: Any
+) -> int:
+    """How many runs go through the stretched state, all of them rightly; others say what is lost.
+
+    3 θ″ = 3.5 g sin θ; beyond the stretched state a bar may fold, which none does by itself.
+    """
     fast = problem is FAST_BARS
-    rng, passed, end = np.random.default_rng(5), 0, 8.0 if fast else 2.0
-    for angle in rng.uniform(0.0, 1.4, 60):
+    count, end = 0, 8.0 if fast else 2.0
+    for angle in np.random.default_rng(5).uniform(0.0, 1.4, runs):
         rate = 0.17 if fast else np.sqrt(1.0 + 7.0 * WEIGHT / 3.0 * (1.0 - np.cos(angle)))
-        begin = bars_at(angle, rate)
+        run = {"t_end": end, "method": method, "step": step, **more}
         try:
-            q = gi.solve(problem, begin, t_end=end, method=method, step=step).y[-1, :ROWS]
-        except gi.RankError:  # it says what is lost
+            q = gi.solve(problem, bars_at(angle, rate), **run).y[-1, :ROWS]
+        except gi.RankError:
             continue
-        passed += 1
-        swung = solve_ivp(
-            fast_bars_swing if fast else bars_swing, (0.0, end), [angle, rate],
-            method="DOP853", rtol=1e-11, atol=1e-11,
-        )  # fmt: skip
-        assert np.abs(q - bars_at(swung.y[0, -1], 0.0)[:ROWS]).max() < 0.02
-    assert passed in right
+        count += 1
+        there = swung(fast_bars_swing if fast else bars_swing, end, angle, rate)
+        assert np.abs(q - there).max() < bound
+    return count
 
 
+def test_stretched_bars_are_passed_rightly_or_not_at_all() -> None:
+    assert passed(BARS, "rattle-2", 0.05, 20, 0.15, compiled=False) in range(17, 20)
+    assert passed(ANY_BARS, "rattle-2", 0.04, 8, 0.1, compiled=False) == 8
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("problem", "method", "step", "right"), PASSED)
+def test_stretched_bars_by_any_method(problem: Any, method: str, step: float, right: Any) -> None:
+    assert passed(problem, method, step) in right
+
+
+@pytest.mark.nightly
 @pytest.mark.parametrize("method", ["rattle-2", "rattle-8", "lobatto-4", "lobatto-8"])
 def test_stretched_bars_are_passed_at_the_default_step(method: str) -> None:
     for problem in (BARS, ANY_BARS):
         run = gi.solve(problem, bars_at(0.0, 1.0), t_end=4.0, method=method)
-        swung = solve_ivp(
-            bars_swing, (0.0, 4.0), [0.0, 1.0], method="DOP853", rtol=1e-12, atol=1e-12
-        )
-        assert np.abs(run.y[-1, :ROWS] - bars_at(swung.y[0, -1], 0.0)[:ROWS]).max() < 1e-3
+        assert np.abs(run.y[-1, :ROWS] - swung(bars_swing, 4.0, 0.0, 1.0)).max() < 1e-3
 
 
 def test_constraints_that_repeat_each_other_are_a_typed_error() -> None:
@@ -335,17 +331,14 @@ def test_constraints_that_repeat_each_other_are_a_typed_error() -> None:
             for i in range(3):
                 G[3 * r + i] = (1.0 + r) * q[i]
 
-    @gi.field
-    def free(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
-        for i in range(3):
-            dq[i] = 0.0 * q[i]
-            dp[i] = 1.0 * p[i]
-
     for separable in (False, True):
-        form = gi.Hamiltonian(free, twice, 2, separable=separable)
-        problem = gi.Problem("twice", (("q", 3), ("p", 3)), hamiltonian=form)
+        form = gi.Hamiltonian(heavy, twice, 2, separable=separable)
+        problem = gi.Problem("twice", (("q", 3), ("p", 3)), [0.0], hamiltonian=form)
         with pytest.raises(gi.StepError):
-            gi.solve(problem, [0.6, 0, 0.8, 0, 1, 0], t_end=1.0, method="rattle-2", step=0.1)
+            gi.solve(
+                *(problem, [0.6, 0.0, 0.8, 0.0, 1.0, 0.0]), t_end=1.0, method="rattle-2", step=0.1,
+                compiled=False,
+            )  # fmt: skip
 
 
 # --- energy at the end ----------------------------------------------------------------------------
@@ -371,9 +364,9 @@ def test_energy_that_is_lost_is_told_whatever_chose_the_steps() -> None:
     """By variable steps with a loose tolerance of their own, as by a step that is given."""
     y0 = [-1.8, 0.0, 0.0, -1.0 / 3.0]
     loose = gi.find_method("dop853-adaptive").with_options(rtol=1e-2, atol=1e-2)
-    for given in ({"method": loose}, {"method": "rk-4", "step": 0.1}):
+    for chosen in ({"method": loose}, {"method": "rk-4", "step": 0.1}):
         with pytest.warns(gi.GeomintWarning, match="energy is off by .* of its size at the end"):
-            gi.solve(ORBIT, y0, t_end=60.0 * np.pi, **given)
+            gi.solve(ORBIT, y0, t_end=60.0 * np.pi, compiled=False, **chosen)
 
 
 @gi.field
@@ -418,13 +411,13 @@ def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = -y[0]
 
 
-@pytest.mark.parametrize("asked", [{}, {"tolerance": 1e-5}])
+@pytest.mark.parametrize(
+    "asked", [{"compiled": False}, pytest.param({"tolerance": 1e-5}, marks=pytest.mark.nightly)]
+)
 def test_a_rod_swings_without_a_step(asked: dict[str, Any]) -> None:
     """Its only form is a Hamiltonian with a constraint: the default step needs its rates."""
-    y0, end = np.array([0.6, -0.8, 0.0, 0.0]), 1.0
-    sol = gi.solve(ROD, y0, t_end=end, method="rattle-4", **asked, progress=False)
-    angle = solve_ivp(
-        lambda t, z: [z[1], -9.81 * np.sin(z[0])], (0.0, end), [np.arctan2(0.6, 0.8), 0.0],
-        method="DOP853", rtol=1e-12, atol=1e-13,
-    ).y[0, -1]  # fmt: skip
+    sol = gi.solve(ROD, [0.6, -0.8, 0.0, 0.0], t_end=1.0, method="rattle-4", **asked)
+    start, run = [np.arctan2(0.6, 0.8), 0.0], {"rtol": 1e-12, "atol": 1e-13}
+    truth = solve_ivp(lambda t, z: [z[1], -9.81 * np.sin(z[0])], (0.0, 1.0), start, **run)
+    angle = truth.y[0, -1]
     np.testing.assert_allclose(sol.y[-1, :2], [np.sin(angle), -np.cos(angle)], atol=1e-4)
