@@ -237,39 +237,25 @@ def test_first_and_longest_step() -> None:
     assert sol.rejected == 0
 
 
-def test_a_rest_takes_few_steps() -> None:
-    """Where nothing moves, steps grow tenfold and no error is divided by nothing."""
-
-    @gi.field
-    def rest(params, t, y, out, work):
-        out[0] = 0.0 * y[0]
-        out[1] = 0.0 * y[1]
-
-    problem = gi.Problem("rest", (("x", 1), ("y", 1)), field=rest)
-    method = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), atol=0.0)
-    sol = gi.solve(problem, [0.0, 1.0], t_end=1e6, method=method)
-    np.testing.assert_array_equal(sol.y[-1], [0.0, 1.0])
-    assert sol.steps < 20
+@gi.field
+def turning(params, t, y, out, work):
+    out[0] = params[0] * (1.0 + 0.5 * gi.cos(3.0 * t)) * y[1]
+    out[1] = -params[0] * (1.0 + 0.5 * gi.cos(3.0 * t)) * y[0]
 
 
-def test_steps_do_not_depend_on_units() -> None:
+@pytest.mark.parametrize("name", ["dormand-prince-5", "dop853"])
+def test_steps_do_not_depend_on_units_and_rest_takes_few(name: str) -> None:
     """With atol = 0, a state 10⁻¹⁵⁰ or 10¹⁵⁰ times as large takes the same steps."""
-
-    @gi.field
-    def turning(params, t, y, out, work):
-        out[0] = (1.0 + 0.5 * gi.cos(3.0 * t)) * y[1]
-        out[1] = -(1.0 + 0.5 * gi.cos(3.0 * t)) * y[0]
-
-    problem = gi.Problem("turning", (("y", 2),), field=turning)
-    for name in ("dormand-prince-5", "dop853"):
-        method = gi.Adaptive(gi.RungeKutta(name), atol=0.0)
-        runs = [
-            gi.solve(problem, [size, 0.0], t_end=20.0, step=0.1, method=method)
-            for size in (2.0**-500, 1.0, 2.0**500)
-        ]
-        for size, run in zip((2.0**-500, 1.0, 2.0**500), runs, strict=True):
-            assert (run.steps, run.rejected) == (runs[1].steps, runs[1].rejected)
-            np.testing.assert_array_equal(run.y[-1], size * runs[1].y[-1])
+    method = gi.Adaptive(gi.RungeKutta(name), atol=0.0)
+    problem, runs = gi.Problem("turning", (("y", 2),), [1.0], field=turning), {}
+    for size in (1.0, 2.0**-500, 2.0**500):
+        run = runs[size] = gi.solve(problem, [size, 0.0], t_end=20.0, step=0.1, method=method)
+        assert (run.steps, run.rejected) == (runs[1.0].steps, runs[1.0].rejected)
+        np.testing.assert_array_equal(run.y[-1], size * runs[1.0].y[-1])
+    still = dataclasses.replace(problem, params=[0.0])
+    rest = gi.solve(still, [0.0, 1.0], t_end=1e6, method=method)
+    np.testing.assert_array_equal(rest.y[-1], [0.0, 1.0])
+    assert rest.steps < 20
 
 
 # --- reparametrised time --------------------------------------------------------------------------
@@ -292,18 +278,6 @@ def test_a_physical_end_is_met() -> None:
     assert ends.tau[-1] == 3.0
     clock = gi.solve(problem, y0, tau_end=3.0, method="gauss-8", step=0.05)
     assert ends.t[-1] == pytest.approx(clock.t[-1], rel=1e-9)
-
-
-# --- structure ------------------------------------------------------------------------------------
-
-
-@each([n for n in ADAPTIVE if n.startswith("rkmk")], 2)
-def test_orbits_are_kept(name: str, index: int) -> None:
-    """To a random walk of roundings, whatever the steps."""
-    sol = gi.solve(*cases("action")[index], t_end=200.0, method=name, observe="invariants")
-    assert sol.steps > 200
-    for drift in sol.drift.values():
-        assert drift.max_abs_error <= 8 * 2.0**-52 * math.sqrt(sol.steps) * drift.scale
 
 
 def test_observers_see_accepted_steps() -> None:
@@ -333,8 +307,6 @@ def test_a_run_is_saved_and_read(tmp_path) -> None:
     np.testing.assert_array_equal(saved.y, sol.y)
     assert saved.provenance["rejected"] == sol.rejected
     assert saved.provenance["step_sizes"] == sol.step_sizes._asdict()
-    options = {"rtol": 1e-8, "atol": 1e-12, "max_step": None, "max_steps": 10**8}
-    assert saved.provenance["method_options"] == options
 
 
 # --- failures -------------------------------------------------------------------------------------
