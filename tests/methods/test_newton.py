@@ -121,7 +121,7 @@ def test_what_is_found_is_what_the_fixed_point_finds(stages: int) -> None:
 
 
 @gi.field
-def stiffer(params, t, y, out, work):  # type: ignore[no-untyped-def]
+def stiffer(params, t, y, out, work):
     """An oscillator whose force grows with time: steps are easy, and then they are not."""
     out[0] = y[1]
     out[1] = -(1.0 + params[0] * t * t) * y[0] - y[0] * y[0] * y[0]
@@ -136,7 +136,8 @@ def end_of(motion: gi.Integrator) -> bytes:
     return bytes(motion.restart.memory.tobytes()) + bytes([motion.steps])
 
 
-def test_the_same_bits_in_chunks_of_any_size() -> None:
+def test_the_same_bits_in_chunks_and_after_restarts() -> None:
+    """Wherever it is broken off: before, at, or after the first step that is not easy."""
     whole = moved(STIFFER, START, LENGTH, STEPS)
     with pytest.raises(gi.ConvergenceError):
         moved(STIFFER, START, LENGTH, STEPS, iteration="fixed-point")
@@ -146,16 +147,11 @@ def test_the_same_bits_in_chunks_of_any_size() -> None:
             pieces.step(min(size, STEPS - pieces.steps))
         assert end_of(pieces) == end_of(whole)
         assert pieces.iterations == whole.iterations
-
-
-@pytest.mark.parametrize("at", [3, 20, 50])
-def test_the_same_bits_after_a_restart(at: int) -> None:
-    """Wherever it is broken off: before, at, or after the first step that is not easy."""
-    whole = moved(STIFFER, START, LENGTH, STEPS)
-    first = moved(STIFFER, START, LENGTH, at)
-    for other in (pickle.loads(pickle.dumps(first)), copy.copy(first)):
-        other.step(STEPS - at)
-        assert end_of(other) == end_of(whole)
+    for at in (3, 20, 50):
+        first = moved(STIFFER, START, LENGTH, at)
+        for other in (pickle.loads(pickle.dumps(first)), copy.copy(first)):
+            other.step(STEPS - at)
+            assert end_of(other) == end_of(whole)
 
 
 def test_the_same_bits_in_plain_python() -> None:
@@ -213,53 +209,41 @@ def test_easy_steps_do_not_turn() -> None:
 
 
 @gi.field
-def constant(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    out[0] = params[0]
-    out[1] = 2.0 * t
+def linear(params, t, y, out, work):
+    out[0] = params[0] + params[1] * y[1]
+    out[1] = params[2] + params[3] * t + 0.0 * y[0]
+
+
+@pytest.mark.parametrize(
+    ("params", "h", "steps", "end"),
+    [
+        ((0.0, 0.0, 0.0, 0.0), 0.5, 3, [1.0, -2.0]),
+        ((3.0, 0.0, 0.0, 2.0), 0.5, 2, [4.0, -1.0]),
+        ((0.0, 1e3, -1.0, 0.0), 1.0, 1, [1.0 - 2500.0, -3.0]),  # J is singular, not zero
+    ],
+)
+def test_a_jacobian_that_is_zero_or_singular(params: Any, h: float, steps: int, end: Any) -> None:
+    given = {"iteration": "newton", "compiled": False}
+    found = moved(problem(linear, 2, params), np.array([1.0, -2.0]), h, steps, **given)
+    np.testing.assert_allclose(found.state, end, rtol=1e-14)
 
 
 @gi.field
-def nothing(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    out[0] = 0.0 * y[0]
-    out[1] = 0.0 * y[1]
-
-
-@gi.field
-def half_singular(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """J = [[0, k], [0, 0]]: singular, not zero."""
-    out[0] = params[0] * y[1]
-    out[1] = -1.0 + 0.0 * y[0]
-
-
-def test_a_jacobian_that_is_zero_or_singular() -> None:
-    y, given = np.array([1.0, -2.0]), {"iteration": "newton", "compiled": False}
-    assert moved(problem(nothing, 2), y, 0.5, 3, **given).state.tolist() == [1.0, -2.0]
-    end = moved(problem(constant, 2, [3.0]), y, 0.5, 2, **given).state
-    np.testing.assert_allclose(end, [4.0, -1.0], rtol=1e-15)
-    end = moved(problem(half_singular, 2, [1e3]), y, 1.0, 1, **given).state
-    np.testing.assert_allclose(end, [1.0 - 2500.0, -3.0], rtol=1e-14)
-
-
-@gi.field
-def cubic(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """2/h (y − (y − a)³): 1 − h J/2 is 0 at y = a, where the midpoint rule begins."""
+def cubic(params, t, y, out, work):
+    """2/h (y − b (y − a)³): 1 − h J/2 is 0 at y = a, where the midpoint rule begins."""
     away = y[0] - params[1]
-    out[0] = params[0] * (y[0] - away * away * away)
-
-
-@gi.field
-def growing(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    out[0] = params[0] * y[0]
+    out[0] = params[0] * (y[0] - params[2] * away * away * away)
 
 
 def test_a_step_whose_matrix_is_singular() -> None:
     """Where it has a solution elsewhere that is found; where it has none that is told."""
     a, h, plain = 0.125, 0.5, {"step": 0.5, "compiled": False}
-    of = problem(cubic, 1, [2.0 / h, a])
+    of = problem(cubic, 1, [2.0 / h, a, 1.0])
     motion = gi.Integrator(of, [a], gi.Gauss(1, iteration="newton"), **plain)
     motion.step()
     np.testing.assert_allclose(motion.state, [2.0 * (a + a ** (1.0 / 3.0)) - a], rtol=1e-14)
-    motion = gi.Integrator(problem(growing, 1, [2.0 / h]), [a], gi.Gauss(1), time=1.0, **plain)
+    growing = problem(cubic, 1, [2.0 / h, a, 0.0])
+    motion = gi.Integrator(growing, [a], gi.Gauss(1), time=1.0, **plain)
     with pytest.raises(gi.ConvergenceError) as caught:
         motion.step(3)
     error = caught.value
@@ -281,7 +265,7 @@ def test_from_rest_and_through_nothing() -> None:
 
 
 @gi.field
-def powers(params, t, y, out, work):  # type: ignore[no-untyped-def]
+def powers(params, t, y, out, work):
     """Takes no numbers with derivatives."""
     out[0] = y[1]
     out[1] = -params[0] * y[0] ** 3

@@ -99,7 +99,7 @@ def test_steps_and_their_derivatives(omega: float, h: float, stages: int) -> Non
 
 
 @gi.field
-def chain(params, t, y, out, work):  # type: ignore[no-untyped-def]
+def chain(params, t, y, out, work):
     """Masses on a line, stiff springs between them, each bound to its place by a cubic one."""
     n = len(y) // 2
     for i in range(n):
