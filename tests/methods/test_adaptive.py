@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import chaplygin as ch
 import geomint as gi
@@ -69,29 +68,6 @@ def test_the_error_is_proportional_to_the_tolerance(name: str, index: int) -> No
     assert all(0.003 <= e / r <= 30.0 for e, r in zip(errors, tolerances, strict=True)), errors
     overall = math.log(errors[0] / errors[-1]) / math.log(tolerances[0] / tolerances[-1])
     assert overall == pytest.approx(1.0, abs=0.2), errors
-
-
-@pytest.mark.parametrize(
-    ("name", "scipy_name", "tolerances"),
-    [
-        ("bogacki-shampine-3-adaptive", "RK23", (1e-5,)),
-        ("dormand-prince-5-adaptive", "RK45", (1e-5, 1e-8)),
-        ("dop853-adaptive", "DOP853", (1e-5, 1e-8, 1e-11)),
-    ],
-)
-def test_against_scipy(name: str, scipy_name: str, tolerances: tuple[float, ...]) -> None:
-    """At equal tolerances as accurate; for the same error hardly more evaluations."""
-    problem, y0 = cases("field")[0]
-    for rtol in tolerances:
-        ours, sol = error(name, 0, rtol)
-        theirs = solve_ivp(
-            lambda t, y: gi.derivative(problem, y, t), (0.0, T_END), y0, scipy_name,
-            rtol=rtol, atol=1e-4 * rtol,
-        )  # fmt: skip
-        their_error = np.max(np.abs(theirs.y[:, -1] - truth("field", 0)))
-        assert ours <= max(2.0 * their_error, rtol)
-        worth = (their_error / ours) ** (1.0 / gi.find_method(name).order)
-        assert sol.evaluations <= 1.25 * worth * theirs.nfev
 
 
 # --- steps ----------------------------------------------------------------------------------------

@@ -54,6 +54,11 @@ def with_field(problem: gi.Problem, count: Callable[[Any], Any]) -> gi.Problem:
     return dataclasses.replace(problem, field=count(problem.field))
 
 
+def with_flow(problem: gi.Problem, count: Callable[[Any], Any]) -> gi.Problem:
+    flow = gi.helper(count(problem.splitting.flow).function)
+    return dataclasses.replace(problem, splitting=gi.Splitting(flow, problem.splitting.parts))
+
+
 def with_generator(problem: gi.Problem, count: Callable[[Any], Any]) -> gi.Problem:
     action = gi.GroupAction(count(problem.action.generator), problem.action.group)
     return dataclasses.replace(problem, action=action)
@@ -61,20 +66,22 @@ def with_generator(problem: gi.Problem, count: Callable[[Any], Any]) -> gi.Probl
 
 @pytest.mark.nojit
 @pytest.mark.parametrize(
-    ("name", "stages", "with_counted"),
+    ("name", "on", "stages", "with_counted"),
     [
-        *(("rk-4", 4, with_field), ("dop853", 12, with_field), ("gauss-3", 3, with_field)),
-        *(("cf-4", 4, with_generator), ("cf-3", 3, with_generator), ("rkmk-4", 4, with_generator)),
+        *((name, "pulsating-body", k, with_field) for name, k in (("rk-4", 4), ("dop853", 12))),
+        *((name, "pulsating-body", int(name[-1]), with_generator) for name in ("cf-4", "cf-3")),
+        *(("rkmk-4", "pulsating-body", 4, with_generator), ("verlet-2", "abc-flow", 5, with_flow)),
+        ("gauss-3", "pulsating-body", 3, with_field),
     ],
 )
-def test_evaluations_are_counted(name: str, stages: int, with_counted: Any) -> None:
-    """What a solution reports is what was called: once a stage and iteration."""
+def test_evaluations_are_counted(name: str, on: str, stages: int, with_counted: Any) -> None:
+    """What a solution reports is what was called: once a stage and iteration, or part."""
     calls: deque[int] = deque()
-    problem = with_counted(PROBLEMS["pulsating-body"][0], lambda f: counted(f, calls))
+    problem = with_counted(PROBLEMS[on][0], lambda f: counted(f, calls))
     run = {"t_end": 1.0, "step": 0.1, "method": name, "compiled": False}
     for _ in range(2):  # the first one looks at what the problem declares, too
         calls.clear()
-        sol = gi.solve(problem, PROBLEMS["pulsating-body"][1], **run)
+        sol = gi.solve(problem, PROBLEMS[on][1], **run)
     assert sol.steps == 10
     assert sol.evaluations == sol.iterations * stages
     # A Gauss method evaluates all its stages in one call, in lanes; and tries once if it can.

@@ -114,29 +114,6 @@ def test_a_geodesic_precesses_as_relativity_says() -> None:
     assert set(sol.drift) == {"hamiltonian", "angular-momentum-squared"}
 
 
-def test_a_top_nutates_in_the_time_of_the_quadrature() -> None:
-    """Let go with its axis at rest, it is at rest at the same height after each nutation."""
-    problem, y0 = fast_top.problem(), fast_top.initial()
-    across, _, weight = (mp.mpf(x) for x in problem.params)
-    spin, u0 = mp.mpf(y0[2]), mp.mpf(y0[5])
-    # I² u̇² = (u0 − u) (2WI (1 − u²) − m₃² (u0 − u)), u = γ₃
-    low = mp.findroot(lambda u: 2 * weight * across * (1 - u * u) - spin**2 * (u0 - u), u0)
-    other = spin**2 / (2 * weight * across) - low  # the sum of the quadratic's roots
-    middle, size = (u0 + low) / 2, (u0 - low) / 2
-
-    def rate(s: Any) -> Any:
-        u = middle + size * mp.cos(s)
-        return across / mp.sqrt(2 * weight * across * (other - u))
-
-    period = float(2 * mp.quad(rate, [0, mp.pi]))
-    assert abs(period * float(spin) / 2 / np.pi - 1.0) < 0.01
-    run = {"step": period / 20, "method": "gauss-8", "compiled": False}
-    end = gi.solve(problem, y0, t_end=3.0 * period, **run).y[-1]
-    assert abs(end[5] - y0[5]) < 1e-12
-    assert np.hypot(end[0], end[1]) < 1e-10
-    assert abs(gi.solve(problem, y0, t_end=0.5 * period, **run).y[-1, 5] - float(low)) < 1e-12
-
-
 @pytest.mark.parametrize("method", ["dop853", pytest.param("verlet-10", marks=pytest.mark.nightly)])
 def test_morse_moves_as_its_closed_solution(method: str) -> None:
     problem = morse.problem()

@@ -298,25 +298,3 @@ def test_states_between_long_steps() -> None:
         part = gi.Integrator(of, nodes.y[k], gi.Gauss(8), step=h)
         part.propagate_for(t - k * h)
         np.testing.assert_allclose(state, part.state, atol=1e-9)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", STIFF)
-def test_derivatives_of_long_steps(name: str) -> None:
-    """Symplectic to rounding, and what differences of the steps say."""
-    of, y, longest = STIFF[name]
-    h, eye = 5.0 * longest, np.eye(4)
-    slopes = gi.tangent_flow(of, y, t_end=6 * h, step=h, directions=eye, method="gauss-8").slopes
-    for k in range(4):
-        ends = [moved(of, y + d * eye[k], h, 6).state for d in (1e-6, -1e-6)]
-        size = np.abs(slopes).max()
-        np.testing.assert_allclose(slopes[:, k], (ends[0] - ends[1]) / 2e-6, atol=1e-6 * size)
-    motion = gi.Integrator(of, y, "gauss-8", step=h, tangents=4)
-    motion.step(2)
-    motion.step(4)
-    np.testing.assert_allclose(motion.tangents, slopes, atol=1e-10 * size)
-    if name == "stiff pendulum":  # canonical: DΦᵀ J DΦ = J
-        form = np.kron([[0.0, 1.0], [-1.0, 0.0]], np.eye(2))
-        np.testing.assert_allclose(slopes.T @ form @ slopes, form, atol=1e-14 * size * size)
-        found = gi.lyapunov(of, y, t_end=50 * h, step=h)
-        assert abs(found.exponents.sum()) * 50 * h < 1e-9

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import geomint as gi
 from geomint.problems.testproblems import neumann
@@ -214,56 +213,3 @@ def test_steady_rotations_stop_soon() -> None:
     count, end = iterations(problem, y, "gauss-8", h, 40)
     assert count < 1000
     assert np.max(np.abs(end[[2, 5]])) == 0.0
-
-
-# --- from rest ------------------------------------------------------------------------------------
-
-
-@gi.field
-def pendulum(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -params[0] * gi.sin(y[0])
-
-
-@gi.observable
-def energy(params, t, y, work):
-    return 0.5 * y[1] * y[1] - params[0] * gi.cos(y[0])
-
-
-def swinging(g: float = 1.0, together: bool = False) -> gi.Problem:
-    pieces = (("state", 2),) if together else (("angle", 1), ("momentum", 1))
-    return gi.Problem("pendulum", pieces, params=[g], field=pendulum, invariants={"energy": energy})
-
-
-def truth(y0: list[float], t: float) -> Array:
-    """Return the state at t by SciPy."""
-    run = solve_ivp(
-        lambda t, y: [y[1], -np.sin(y[0])], (0.0, t), y0, "DOP853", rtol=1e-13, atol=1e-13
-    )
-    return run.y[:, -1]
-
-
-@pytest.mark.parametrize(
-    ("name", "step", "bound"),
-    [
-        *(("gauss-1", 0.01, 1e-3), ("gauss-8", 0.2, 1e-10), ("gauss-1-suzuki-4", 0.05, 1e-4)),
-    ],
-)
-def test_a_pendulum_from_rest(name: str, step: float, bound: float) -> None:
-    """As two pieces and as one; to the order of the method, and its energy no worse."""
-    exact = truth([2.0, 0.0], 20.0)
-    for together in (False, True):
-        run = {"t_end": 20.0, "step": step, "method": name, "observe": ["energy"]}
-        sol = gi.solve(swinging(together=together), [2.0, 0.0], **run)
-        assert np.max(np.abs(sol.y[-1] - exact)) < bound
-        assert sol.drift["energy"].max_abs_error < bound
-
-
-@pytest.mark.parametrize("g", [1e-8, 1.0, 100.0, 1e6])
-@pytest.mark.parametrize("y0", [[2.0, 0.0], [0.5 * np.pi, 0.0], [1e-3, 0.0], [2.0, 1e-9]])
-def test_the_default_step_from_rest(g: float, y0: list[float]) -> None:
-    """The step is that of the motion in any unit of time, not of a momentum that is (nearly) 0."""
-    t, unit = 10.0 / g**0.5, np.array([1.0, g**0.5])
-    sol = gi.solve(swinging(g), y0 * unit, t_end=t)
-    assert 10 <= sol.steps <= 100
-    assert np.max(np.abs(sol.y[-1] / unit - truth(y0, 10.0))) < 1e-9

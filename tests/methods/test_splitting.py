@@ -95,57 +95,6 @@ def test_nothing_drifts_on_a_free_orbit(h: float) -> None:
         assert drift.max_abs_error < limit
 
 
-@pytest.mark.nightly
-def test_the_sphere_for_ten_million_steps() -> None:
-    """No slope of |q|² − 1 or (q, p), nor of the angular momentum."""
-    asked = {"step": 0.02, "method": "verlet-2", "observe": ["constraints", "angular-momentum"]}
-    problem, y0 = spherical_pendulum.problem(), spherical_pendulum.INITIAL
-    sol = gi.solve(problem, y0, t_end=2e5, observe_every=7, **asked)
-    assert sol.steps == 10**7
-    for drift in sol.drift.values():
-        assert abs(drift.slope) <= 5 * drift.slope_stderr, drift
-        assert drift.max_abs_error < 1e-14
-
-
-# --- the form -------------------------------------------------------------------------------------
-
-
-@pytest.mark.nojit
-@pytest.mark.parametrize(
-    ("problem", "y"),
-    [
-        (abc_flow.problem(), abc_flow.INITIAL),
-        (neumann.problem(season=0.4), neumann.initial()),
-        (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
-    ],
-)
-def test_parts_sum_to_the_field(problem: gi.Problem, y: np.ndarray) -> None:
-    """Also where the splitting is the only form."""
-    only = dataclasses.replace(problem, field=None, hamiltonian=None)
-    for t in (0.0, 0.7):
-        np.testing.assert_allclose(
-            gi.derivative(only, y, t), gi.derivative(problem, y, t), atol=1e-6
-        )
-
-
-def test_explicit_for_two_parts() -> None:
-    """Störmer–Verlet of the pendulum is kick, great circle, kick; three parts are asked five times."""
-    problem, y0, h = spherical_pendulum.problem(), spherical_pendulum.INITIAL, 0.1
-    e3 = np.array([0.0, 0.0, 1.0])
-    q, p = y0[:3], y0[3:]
-    p = p - h / 2 * (e3 - q * q[2])
-    speed = np.linalg.norm(p)
-    q, p = (
-        q * np.cos(h * speed) + p / speed * np.sin(h * speed),
-        p * np.cos(h * speed) - q * speed * np.sin(h * speed),
-    )
-    p = p - h / 2 * (e3 - q * q[2])
-    run = {"t_end": h, "step": h, "method": "verlet-2", "compiled": False}
-    found = gi.solve(problem, y0, **run).y[-1]
-    np.testing.assert_allclose(found, np.concatenate([q, p]), rtol=0, atol=1e-15)
-    assert gi.solve(abc_flow.problem(), abc_flow.INITIAL, **run).evaluations == 5
-
-
 @gi.observable
 def seconds(params, t, y, work):
     return 1.0 + 0.3 * y[0] * y[0] + 0.1 * gi.cos(t)
@@ -197,13 +146,3 @@ def test_the_wrong_form() -> None:
         gi.solve(problem, abc_flow.INITIAL, t_end=1.0, method="rk-4")
     with pytest.raises(gi.FormError, match="needs the form 'splitting'"):
         gi.solve(lotka_volterra.problem(), lotka_volterra.INITIAL, t_end=1.0, method="verlet-2")
-
-
-@pytest.mark.nojit
-def test_uhlenbeck_integrals() -> None:
-    """Σ F_k = (q, q) and ½ Σ a_k F_k = H on T*S^(n−1)."""
-    problem, y = neumann.problem((0.5, 1.3, 2.6, 0.9)), neumann.initial(4)
-    found = [gi.value(problem, problem.invariants[f"F{k}"], y) for k in (1, 2, 3, 4)]
-    assert sum(found) == pytest.approx(1.0, abs=1e-14)
-    energy = gi.value(problem, problem.invariants["energy"], y)
-    assert 0.5 * problem.params[1:] @ found == pytest.approx(energy, abs=1e-14)

@@ -102,39 +102,6 @@ def test_the_order_is_that_of_the_method(clock: str, step: float) -> None:
     assert 3.7 < np.log2(late[0] / late[1]) < 4.3
 
 
-def evaluations(problem: gi.Problem, own: gi.Problem, right: np.ndarray, steps: Any) -> int:
-    """Return the least evaluations of steps whose error at the end is less than 1e-9."""
-    found = []
-    for step in steps:
-        try:
-            method = gi.Gauss(8, iteration="fixed-point")
-            sol = gi.solve(problem, state(own), t_end=END, method=method, step=step)
-        except gi.ConvergenceError:
-            continue
-        if off(own, sol.y[-1], right) < 1e-9:
-            found.append(sol.evaluations)
-    return min(found)
-
-
-@pytest.mark.parametrize(
-    ("problem", "clock", "times", "steps"),
-    [
-        (SHARP, "normal_squared", 12.0, (10.0, 7.0, 5.0)),
-        *(
-            pytest.param(*case, marks=pytest.mark.nightly)
-            for case in (
-                (SHARP, "speed", 5.0, (1.0, 0.7, 0.5, 0.35, 0.25)),
-                (FLAT, "normal_squared", 3.5, (8.0, 5.5, 4.0)),
-                (FLAT, "speed", 2.5, (1.4, 1.0, 0.7)),
-            )
-        ),
-    ],
-)
-def test_fewer_evaluations(problem: gi.Problem, clock: str, times: float, steps: Any) -> None:
-    even = evaluations(problem, problem, known(problem), np.geomspace(0.5, 0.02, 15))
-    assert even > times * evaluations(uneven(problem, clock), problem, known(problem), steps)
-
-
 @pytest.mark.parametrize(
     ("clock", "step"),
     [("normal_squared", 4.0), pytest.param("speed", 0.5, marks=pytest.mark.nightly)],
