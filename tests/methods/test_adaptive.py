@@ -274,17 +274,6 @@ def first_row(params, t, y, work):
     return y[0]
 
 
-def test_a_run_is_saved_and_read(tmp_path) -> None:
-    """With its steps."""
-    problem, y0 = cases("field")[0]
-    sol = gi.solve(problem, y0, t_end=5.0, method="dop853-adaptive", save_every=1)
-    sol.save(tmp_path / "run.nc")
-    saved = gi.load(tmp_path / "run.nc")
-    np.testing.assert_array_equal(saved.y, sol.y)
-    assert saved.provenance["rejected"] == sol.rejected
-    assert saved.provenance["step_sizes"] == sol.step_sizes._asdict()
-
-
 # --- failures -------------------------------------------------------------------------------------
 
 

@@ -129,12 +129,3 @@ def test_failures_say_where() -> None:
         gi.solve(
             BALL, README * [1, 1, 1, 1e200, 1e200, 1e200], tau_end=1.0, step=0.2, method="lobatto-8"
         )
-
-
-def test_tolerance() -> None:
-    """Fewer iterations, an error of its size."""
-    given = {"tau_end": 5.0, "step": 0.1}
-    full = gi.solve(BALL, README, method=gi.Lobatto(8), **given)
-    rough = gi.solve(BALL, README, method=gi.Lobatto(8, iteration_tolerance=1e-8), **given)
-    assert rough.iterations < 0.75 * full.iterations
-    assert 1e-14 < np.abs(rough.y[-1] - full.y[-1]).max() < 1e-6

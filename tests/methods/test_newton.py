@@ -160,17 +160,6 @@ def test_the_same_bits_in_plain_python() -> None:
         assert ends[0] == ends[1]
 
 
-@LONG
-def test_members_have_the_bits_of_single_runs() -> None:
-    of, y, longest = STIFF["stiff pendulum"]
-    states = y + 1e-4 * np.arange(5)[:, None] * np.array([0.0, 1.0, 0.0, 0.0])
-    given = {"t_end": 40 * longest, "step": 4.0 * longest, "progress": False}
-    ensemble = gi.solve_ensemble(of, states, **given)
-    for k, state in enumerate(states):
-        single = gi.solve(of, state, **given)
-        np.testing.assert_array_equal(ensemble.y[k, -1], single.y[-1])
-
-
 def test_long_steps_are_told() -> None:
     """Once a run, unless they are asked for."""
     of, (_, y, longest) = spring_pendulum.problem(), STIFF["stiff pendulum"]

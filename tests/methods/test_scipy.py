@@ -164,15 +164,14 @@ def test_steps_are_as_asked_for() -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        {"step": 0.0},
-        {"step": -1.0},
-        {"first_step": np.nan},
-        {"step": 0.1, "first_step": 0.1},
-        {"max_step": 0.0},
-        {"rtol": 0.0},
-        {"atol": -1.0},
-        {"atol": [1e-6] * 3},
-        {"atol": "small"},
+        *({"step": 0.0}, {"step": -1.0}, {"first_step": np.nan}, {"step": 0.1, "first_step": 0.1}),
+        *(
+            {"max_step": 0.0},
+            {"rtol": 0.0},
+            {"atol": -1.0},
+            {"atol": [1e-6] * 3},
+            {"atol": "small"},
+        ),
     ],
     ids=str,
 )

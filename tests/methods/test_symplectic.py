@@ -132,31 +132,6 @@ def test_against_plain_products(name: str) -> None:
         assert found == pytest.approx(expected, rel=1e-9, abs=2e-15)
 
 
-@gi.field
-def in_units(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Hénon and Heiles, with units of length and momentum."""
-    q1, q2 = y[0] / params[0], y[1] / params[0]
-    out[0] = params[0] * params[1] * y[2]
-    out[1] = params[0] * params[1] * y[3]
-    out[2] = (-q1 - 2.0 * q1 * q2) / params[1]
-    out[3] = (-q2 - q1 * q1 + q2 * q2) / params[1]
-
-
-@pytest.mark.nightly
-def test_units() -> None:
-    """Of length and momentum: the defect has none."""
-    found, y0 = [], np.array([0.1, 0.2, 0.3, 0.1])
-    for units in ((1.0, 1.0), (64.0, 1024.0)):
-        p = gi.Problem(
-            *("scaled", (("q", 2), ("p", 2)), units), field=in_units,
-            symplectic_form=gi.SymplecticForm(),
-        )  # fmt: skip
-        scales = np.repeat([units[0], 1.0 / units[1]], 2)
-        found.append(watched(p, y0 * scales, "rk-4", 0.3, 20).max_abs_error)
-    assert found[0] > 1e-7
-    assert found[1] == pytest.approx(found[0], rel=1e-9)
-
-
 @pytest.mark.parametrize("name", ["rattle-2", pytest.param("gauss-4", marks=pytest.mark.nightly)])
 def test_special_states(name: str) -> None:
     """At an equilibrium, at rest, with tiny momenta, backwards."""

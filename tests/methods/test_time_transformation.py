@@ -198,16 +198,6 @@ def test_what_else_a_run_takes() -> None:
     assert np.isfinite(moved.slopes).all()
 
 
-def test_a_saved_run_goes_on(tmp_path: Any) -> None:
-    clock, step = CLOCKS[0]
-    run = {"tau_end": 20 * step, "method": GAUSS, "step": step}
-    sol = gi.solve(uneven(SHARP, clock), state(SHARP), **run)
-    sol.save(tmp_path / "run.nc")
-    loaded = gi.load(tmp_path / "run.nc", trust=True)
-    ends = [gi.solve(s, tau_end=40 * step).y[-1] for s in (sol, loaded)]
-    assert ends[0].tobytes() == ends[1].tobytes()
-
-
 def test_another_time_of_another_time() -> None:
     """Of the time of N that of 1/N, in which a number of steps is that of t."""
 
