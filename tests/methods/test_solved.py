@@ -78,23 +78,23 @@ def first_steps(
 
 
 @pytest.mark.parametrize(
-    ("kind", "tolerance"),
-    [*((kind, 0.0) for kind in KINDS), ("generic", 1e-10), ("other sizes", 1e-10)],
+    ("kind", "tolerance", "stages"),
+    [
+        *((kind, 0.0, 8) for kind in KINDS),
+        *(("generic", 1e-10, 8), ("other sizes", 1e-10, 8)),
+        *(pytest.param(k, 0.0, s, marks=pytest.mark.nightly) for k in KINDS for s in (2, 8, 12)),
+    ],
 )
-def test_an_accepted_step_is_solved(kind: str, tolerance: float) -> None:
-    """To rounding, or a few times the tolerance, though it was only predicted; few steps fail."""
-    accepted, failed = first_steps(kind, 8, 8, few=True, tolerance=tolerance)
-    assert accepted > 5
-    assert failed <= TOO_LONG.get(kind, 0.05) * accepted
+def test_an_accepted_step_is_solved(
+    kind: str, tolerance: float, stages: int, request: pytest.FixtureRequest
+) -> None:
+    """To rounding, or a few times the tolerance, though it was only predicted; few steps fail.
 
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("stages", [2, 8, 12])
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_hundred_thousand_accepted_steps_are_solved(kind: str, stages: int) -> None:
-    """Of all systems and test problems; over all kinds and numbers of stages together."""
-    accepted, failed = first_steps(kind, stages, 180, few=False)
-    assert accepted > 1500
+    At night of all systems and test problems, a hundred thousand steps together.
+    """
+    few = request.node.get_closest_marker("nightly") is None
+    accepted, failed = first_steps(kind, stages, 8 if few else 180, few, tolerance)
+    assert accepted > (5 if few else 1000)
     assert failed <= TOO_LONG.get(kind, 0.05) * accepted
 
 

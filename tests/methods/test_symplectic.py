@@ -11,7 +11,7 @@ import pytest
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles, neumann
 from tests.families import FAMILIES, PROBLEMS
-from tests.problems import spherical_pendulum
+from tests.problems import spherical_pendulum, spring_pendulum
 
 
 @gi.field
@@ -42,6 +42,7 @@ LOTKA = gi.Problem(
 OWN = {
     **{k: pair for k, pair in PROBLEMS.items() if pair[0].symplectic_form and pair[0].measure},
     "lotka": (LOTKA, np.array([0.5, 1.4])),
+    "spring": (spring_pendulum.problem(), spring_pendulum.INITIAL),
 }
 
 
@@ -80,9 +81,9 @@ MORE = [
     ("verlet-4", "neumann"),
     ("rk-4", "lotka"),
     ("gauss-2", "lotka"),
-    ("gauss-4", "henon-heiles"),
+    ("gauss-4", "spring"),
 ]
-FAST = [("rk-4", "lotka"), ("gauss-4", "henon-heiles"), ("rattle-2", "neumann-at-rest")]
+FAST = [("rk-4", "lotka"), ("gauss-4", "spring"), ("rattle-2", "neumann-at-rest")]
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_methods(name: str, problem: str) -> None:
     drift = watched(p, y0, method, step, 200)
     if "symplectic" in method.structure(p):
         assert drift.drift_class == "roundoff"
-        assert drift.max_abs_error < 2e-15 + 1e-14 * step
+        assert drift.max_abs_error < 4e-15 + 1e-14 * step
     elif method.order > 8:
         assert drift.max_abs_error < 1e-12  # too fine for its order to be seen
     else:

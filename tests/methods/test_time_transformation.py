@@ -213,13 +213,6 @@ def test_another_time_of_another_time() -> None:
     assert off(FLAT, sol.y[-1], even.y[-1]) < 1e-11
 
 
-def test_groups_keep_their_orbits() -> None:
-    scene = gi.load_scene("ball-3d")
-    other = gi.time_transformed(scene.problem, "speed", scene.state)
-    run = {"tau_end": 20.0, "step": 0.05, "observe": ["K"], "compiled": False}
-    assert gi.solve(other, scene.state, method="cf-4", **run).drift["K"].within_roundoff
-
-
 @pytest.mark.parametrize(
     ("given", "error", "said"),
     [
