@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 import warnings
 from collections import deque
@@ -16,7 +17,6 @@ import geomint as gi
 from geomint.compare.runs import compare
 from geomint.problems.declaration import FEW, check_problem
 from geomint.problems.evaluate import rates_of
-from tests.problems import examples
 
 pytestmark = pytest.mark.nojit
 
@@ -171,27 +171,10 @@ def changed(f: Callable[..., Any], line: str, *, before: bool = False) -> Callab
     return space[f.__name__]
 
 
-def without(f: Callable[..., Any], block: str, row: int) -> Callable[..., Any]:
-    """Return the function that does not write one row."""
-
-    class Without:
-        def __init__(self, own: Any) -> None:
-            self.own = own
-
-        def __len__(self) -> int:
-            return len(self.own)
-
-        def __getitem__(self, at: int) -> Any:
-            return 0.0 if at == row else self.own[at]
-
-        def __setitem__(self, at: int, number: Any) -> None:
-            if at != row:
-                self.own[at] = number
-
-    names = f.__code__.co_varnames[: f.__code__.co_argcount]
-    arguments = ", ".join(f"_without({n})" if n == block else n for n in names)
-    space = {"_own": gi.helper(f), "_without": Without}
-    exec(f"def {f.__name__}({', '.join(names)}):\n    return _own({arguments})", space)
+def edited(f: Callable[..., Any], old: str, new: str = "_ =") -> Callable[..., Any]:
+    """Return the function with another text in its source: nothing that is written, by default."""
+    space = dict(f.__globals__)
+    exec(inspect.getsource(f).replace(old, new), space)
     return space[f.__name__]
 
 
@@ -260,8 +243,8 @@ WRONG = [
     (field("y[0] = 2.0"), "field y 0 2"),
     (field("part(y, 1, 1)[0] = 2.0"), "field y 1 2"),
     (field("params[0] = 2.0"), "field params 0 1"),
-    (fielded(without(oscillator, "out", 1)), "field out 1 2"),
-    (fielded(without(oscillator, "out", 0)), "field out 0 2"),
+    (fielded(edited(oscillator, "out[1] =")), "field out 1 2"),
+    (fielded(edited(oscillator, "out[0] =")), "field out 0 2"),
     (field("out[0] = 0.0 * out[1]", before=True), "field out 1 2"),
     (field("out[0] = work[0]", before=True), "field work 0 1"),
     (field("out[0] = None"), "field out 0 2"),
@@ -305,7 +288,7 @@ WRONG = [
     # actions
     (acted(changed(turning, "out[0] = y[-3]")), "action.generator y -3 3"),
     (acted(changed(turning, "out[3] = y[0]")), "action.generator out 3 3"),
-    (acted(without(turning, "out", 2)), "action.generator out 2 3"),
+    (acted(edited(turning, "out[2] =")), "action.generator out 2 3"),
     (acted(group=gi.so3(2)), "action.group y 6 3"),
     (acted(group=gi.so_n(3)), "action.group y 0 3"),
     (acted(group=gi.so_n(3, "frame")), "action.group y 9 3"),
@@ -315,22 +298,28 @@ WRONG = [
     ),
     (grouped(algebra_rows=4), "action.generator out 3 4"),
     (shifted(act=changed(shift, "out[2] = xi[0]")), "action.group.act out 2 2"),
-    (shifted(act=without(shift, "out", 1)), "action.group.act out 1 2"),
+    (shifted(act=edited(shift, "range(2)", "range(1)")), "action.group.act out 1 2"),
     (shifted(act=changed(shift, "out[0] = layout[1]")), "action.group.act layout 1 1"),
     (shifted(cayley=changed(shift, "y[0] = 1.0")), "action.group.cayley y 0 2"),
     (shifted(bracket=changed(commute, "x[-1]")), "action.group.bracket x -1 2"),
     (shifted(work=0), "action.group.bracket work 0 0"),
-    (shifted(dexpinv=without(plain, "out", 0)), "action.group.dexpinv out 0 2"),
+    (shifted(dexpinv=edited(plain, "range(2)", "range(1, 2)")), "action.group.dexpinv out 0 2"),
     (shifted(dcayinv=changed(plain, "u[2]")), "action.group.dcayinv u 2 2"),
     (shifted(extent=nothing), "action.group.extent - - -"),
     # Hamiltonians
     (swinging(changed(slopes, "dq[0] = q[2]")), "hamiltonian.gradients q 2 2"),
     (swinging(changed(slopes, "dp[-1] = p[0]")), "hamiltonian.gradients dp -1 2"),
-    (swinging(without(slopes, "dp", 1)), "hamiltonian.gradients dp 1 2"),
-    (swinging(without(slopes, "dq", 0)), "hamiltonian.gradients dq 0 2"),
+    (
+        swinging(edited(slopes, "dp[i]", "dp[0]")),
+        "hamiltonian.gradients dp 1 2",
+    ),
+    (
+        swinging(edited(slopes, "dq[i]", "dq[1]")),
+        "hamiltonian.gradients dq 0 2",
+    ),
     (swinging(constraint=changed(circle, "g[0] = q[-1]")), "hamiltonian.constraint q -1 2"),
     (swinging(constraint=changed(circle, "g[1] = q[0]")), "hamiltonian.constraint g 1 1"),
-    (swinging(constraint=without(circle, "G", 1)), "hamiltonian.constraint G 1 2"),
+    (swinging(constraint=edited(circle, "G[1] =")), "hamiltonian.constraint G 1 2"),
     (swinging(constraint=nothing), "hamiltonian.constraint g 0 1"),
     (swinging(changed(slopes, "dq[0] = q[0] * p[0]")), "hamiltonian.gradients dq 0 2"),
     (
@@ -340,7 +329,7 @@ WRONG = [
     (swinging(changed(slopes, "dp[0] = p[0] * p[0]")), "hamiltonian.gradients dp 0 2"),
     # splittings
     (split(changed(kick_and_drift, "out[-1] = h")), "splitting.flow of part 0 out -1 2"),
-    (split(without(kick_and_drift, "out", 1)), "splitting.flow of part 0 out 1 2"),
+    (split(edited(kick_and_drift, "out[1] =")), "splitting.flow of part 0 out 1 2"),
     (split(one_part_of_three, 3), "splitting.flow of part 2 out 0 2"),
     (split(parts=3), "splitting.flow parts 2 3"),
     (split(oscillator), "splitting.flow of part 0 - - -"),
@@ -483,7 +472,7 @@ def test_values_and_derivatives() -> None:
     with pytest.raises(gi.DomainError, match="a function recorded"):
         gi.value(problem, 3, Y2)
     with pytest.raises(gi.DeclarationError, match="never writes row 1 of out"):
-        gi.derivative(fielded(without(oscillator, "out", 1)), np.array(Y2))
+        gi.derivative(fielded(edited(oscillator, "out[1] =")), np.array(Y2))
     for evaluate in (
         lambda y: gi.value(fielded(), "energy", y),
         lambda y: gi.derivative(fielded(), y),
@@ -524,7 +513,7 @@ def test_comparisons() -> None:
     ("f", "says"),
     [
         (changed(oscillator, "out[0] = y[-1]"), "oscillator reads row -1 of x"),
-        (without(oscillator, "out", 1), "never writes row 1 of out, which has 2 rows"),
+        (edited(oscillator, "out[1] ="), "never writes row 1 of out, which has 2 rows"),
         (changed(oscillator, "out[2] = 1.0"), "writes row 2 of out"),
         (too_few, "takes"),
     ],
@@ -660,20 +649,6 @@ def test_every_function_is_checked_again_after_a_change(case: int) -> None:
                 check()
     space["ROW"] = 0
     check()
-
-
-def test_all_built_in_problems_fit() -> None:
-    """Every function of every test problem and scene."""
-    found = [(problem.name, problem, y) for problem, y in examples()]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gi.GeomintWarning)
-        for scene in gi.scene_names():
-            model = gi.load_scene(scene).model
-            found += [(f"{scene}:{n}", p, model.states[n]) for n, p in model.problems.items()]
-    assert len(found) > 80
-    for _, problem, y in found:
-        for form in problem.forms:
-            check_problem(problem, problem.canonical(y), form, watched=problem.diagnostics)
 
 
 @pytest.mark.parametrize("n", [2, 3, 5])
