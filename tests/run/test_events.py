@@ -11,187 +11,155 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, example, given, strategies as st
 
 import chaplygin as ch
 import geomint as gi
 from geomint.run import driver
 from tests.families import PROBLEMS, kinds
 from tests.problems import lotka_volterra
+from tests.run.motions import second, swing
+
+CIRCLE, FALL, LINE = swing(), swing(0.0, -9.8), swing(0.0)  # x = cos t; x'' = −9.8; x = t
+PENDULUM = second("pendulum", lambda p, t, y: -gi.sin(y[0]))
+SPHERE = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
 
 
-@gi.field
-def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """y = (cos ω t, sin ω t)."""
-    out[0] = -params[0] * y[1]
-    out[1] = params[0] * y[0]
+def along_line(end: float = 1.0, step: float = 0.125, start: float = -0.5, **more: Any) -> Any:
+    """A run along x = t + start, whose steps are exact."""
+    given = {"t_end": end, "step": step, "method": "rk-4", **more}
+    return gi.solve(LINE, [start, 1.0], **given)
 
 
-CIRCLE = gi.Problem("circle", (("x", 1), ("y", 1)), field=turning, params=[1.0])
+def of_x(function: Any, **options: Any) -> gi.Event:
+    recorded = gi.helper(function)
+    return gi.Event(lambda params, t, y, work: recorded(y[0]), **options)
 
 
-@gi.field
-def passing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """y = t."""
-    out[0] = 1.0 + 0.0 * y[0]
+def on_line(function: Any, end: float = 1.0, **options: Any) -> np.ndarray:
+    """The times at which a function of x is 0, from x = −½ on."""
+    return along_line(end, events={"it": of_x(function, **options)}).t_events[0]
 
 
-LINE = gi.Problem("line", (("x", 1),), field=passing)
+def in_parts(problem: gi.Problem, y0: Any, ends: list[float], **given: Any) -> list[gi.Solution]:
+    """Runs that go on from each other: with the same events, at the same steps."""
+    runs = [gi.solve(problem, y0, t_end=ends[0], **given)]
+    for end in ends[1:]:
+        runs.append(gi.solve(runs[-1], t_end=end, events=given["events"]))
+    return runs
 
 
-def on_line(function: Any, end: float = 1.0, step: float = 0.125, **options: Any) -> np.ndarray:
-    """The times at which a function of x = t is 0, from −½ … on, whose steps are exact."""
-    event = gi.Event(function, **options)
-    return gi.solve(
-        LINE, [-0.5], t_end=end, step=step, method="rk-4", events={"it": event}
-    ).t_events[0]
+def joined(runs: list[gi.Solution], name: str) -> np.ndarray:
+    return np.concatenate([run.events[name].table for run in runs])
 
 
 # --- all families against many samples -----------------------------------------------------------
 
 
+def component(problem: gi.Problem, row: int) -> str:
+    """The name of a row of the state."""
+    return [f"{name}[{i}]" for name, rows in problem.pieces for i in range(rows)][row]
+
+
 @kinds
-@pytest.mark.parametrize(
-    "sign",
-    [1, pytest.param(-1, marks=pytest.mark.nightly)],
-    ids=["forwards", "backwards"],
-)
+@pytest.mark.parametrize("sign", [1, pytest.param(-1, marks=pytest.mark.nightly)])
 def test_families(name: str, problem: str, sign: int) -> None:
     """Every change of sign of 4000 samples is an event, and there are no others; on the orbit."""
     p, y0 = PROBLEMS[problem]
-    end, rows = sign * 2.6, range(1)
-    middle = gi.solve(p, y0, t_end=0.5 * end, method=name, step=0.17).y[-1]
-    events = {
-        str(r): gi.Event(component(p, r), level=float(0.5 * (y0[r] + middle[r]))) for r in rows
-    }
-    run = {"t_end": end, "method": name, "step": 0.17}
-    sol = gi.solve(p, y0, **run, events=events, dense=True, save_every=1)
-    assert sol.y.tobytes() == gi.solve(p, y0, **run, save_every=1).y.tobytes()
+    end, run = sign * 2.6, {"method": name, "step": 0.17}
+    level = float(0.5 * (y0[0] + gi.solve(p, y0, t_end=0.5 * end, **run).y[-1, 0]))
+    events = {"it": gi.Event(component(p, 0), level=level)}
+    sol = gi.solve(p, y0, t_end=end, **run, events=events, dense=True, save_every=1)
+    assert sol.y.tobytes() == gi.solve(p, y0, t_end=end, **run, save_every=1).y.tobytes()
     times = np.linspace(0.0, end, 4001)
-    states = sol.sol(times)
-    assert sum(len(met) for met in sol.events.values()) > 0
-    for r in rows:
-        met, values = sol.events[str(r)], states[:, r] - events[str(r)].level
-        size = np.abs(values).max()
-        np.testing.assert_allclose(met.y, sol.sol(met.t), rtol=0, atol=1e-12)
-        assert np.abs(met.y[:, r] - events[str(r)].level).max(initial=0.0) <= 1e-13 * size
-        clear = np.flatnonzero(np.abs(values) > 1e-6 * size)
-        changes = [(i, j) for i, j in itertools.pairwise(clear) if values[i] * values[j] < 0.0]
-        assert len(met) == len(changes)
-        for (i, j), t, direction in zip(changes, met.t, met.directions, strict=True):
-            assert sign * times[i] <= sign * t <= sign * times[j]
-            assert direction == np.sign(values[j])
-    if "constraints" in gi.find_method(name).keeps:
-        for constraint in p.constraints.values():
-            for met in sol.events.values():
-                at_steps = max(abs(gi.value(p, constraint, y)) for y in sol.y)
-                off = [abs(gi.value(p, constraint, y)) for y in met.y]
-                assert max(off, default=0.0) <= 4.0 * at_steps + 1e-14
+    met, values = sol.events["it"], sol.sol(times)[:, 0] - level
+    size = np.abs(values).max()
+    np.testing.assert_allclose(met.y, sol.sol(met.t), rtol=0, atol=1e-12)
+    assert np.abs(met.y[:, 0] - level).max() <= 1e-13 * size
+    clear = np.flatnonzero(np.abs(values) > 1e-6 * size)
+    changes = [(i, j) for i, j in itertools.pairwise(clear) if values[i] * values[j] < 0.0]
+    assert len(met) == len(changes) > 0
+    for (i, j), t, direction in zip(changes, met.t, met.directions, strict=True):
+        assert sign * times[i] <= sign * t <= sign * times[j]
+        assert direction == np.sign(values[j])
+    for constraint in p.constraints if "constraints" in gi.find_method(name).keeps else ():
+        at_steps = max(abs(gi.value(p, constraint, y)) for y in sol.y)
+        assert max(abs(gi.value(p, constraint, y)) for y in met.y) <= 4.0 * at_steps + 1e-14
 
 
-def component(problem: gi.Problem, row: int) -> str:
-    """The name of a row of the state."""
-    for name, rows in problem.slices.items():
-        if rows.start <= row < rows.stop:
-            return f"{name}[{row - rows.start}]"
-    raise AssertionError
-
-
-@pytest.mark.parametrize("step", [0.3, 1.1, 3.3])
-def test_many_in_a_step(step: float) -> None:
-    """Up to three in a step of a fast circle; times to rounding."""
-    for omega in (1.0, 3.0):
-        problem = gi.Problem("circle", CIRCLE.pieces, field=turning, params=[omega])
-        run = {"t_end": 40.0, "step": step / omega, "method": gi.Gauss(16, max_iterations=1000)}
-        sol = gi.solve(problem, [1.0, 0.0], **run, events=["x", "y"])
-        for met, first in zip(sol.events.values(), (0.5 * math.pi, math.pi), strict=True):
-            known = np.arange(first, 40.0 * omega, math.pi) / omega
-            assert len(met) == len(known)
-            np.testing.assert_allclose(met.t, known, rtol=0, atol=1e-12)
+@kinds
+def test_ends(name: str, problem: str, tmp_path: Path) -> None:
+    """A run ends at a terminal event and goes on, also from its file, to all others, once each."""
+    p, y0 = PROBLEMS[problem]
+    run = {"method": name, "step": 0.17}
+    middle = float(0.5 * (y0[0] + gi.solve(p, y0, t_end=1.2, **run).y[-1, 0]))
+    event = {"it": gi.Event(component(p, 0), level=middle)}
+    plain = gi.solve(p, y0, t_end=3.0, **run, events=event)
+    ending = {"it": gi.Event(component(p, 0), level=middle, terminal=True)}
+    watched: Any = {"first": lambda params, t, y, work: y[0]}
+    stopped = gi.solve(p, y0, t_end=3.0, **run, events=ending, dense=True, observe=watched)
+    assert stopped.success
+    assert "'it'" in stopped.message
+    assert stopped.t[-1] == plain.t_events[0][0] == stopped.drift["first"].windows.last_time
+    np.testing.assert_array_equal(stopped.y[-1], plain.y_events[0][0])
+    for end in (np.nextafter(stopped.t[-1], 0.0), stopped.t[-1], 0.0):
+        with pytest.raises(gi.DomainError, match=f"t_end = .*beyond {stopped.t[-1]:.9g}"):
+            gi.solve(stopped, t_end=end)
+    stopped.save(tmp_path / "run.nc")
+    loaded = gi.load(tmp_path / "run.nc", p)
+    assert (loaded, loaded.events) == (stopped, stopped.events)
+    times = np.linspace(0.0, stopped.t[-1], 9)
+    np.testing.assert_array_equal(loaded.sol(times), stopped.sol(times))
+    found = []
+    while stopped.message:
+        found.append(float(stopped.t[-1]))
+        stopped, loaded = (gi.solve(s, t_end=3.0, events=ending) for s in (stopped, loaded))
+        assert loaded.events == stopped.events
+    np.testing.assert_allclose(found, plain.t_events[0], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(stopped.y[-1], plain.y[-1])
 
 
 # --- where it is 0, nearly, or not at all ---------------------------------------------------------
 
 
-def test_zero_at_the_start() -> None:
-    """Where a run begins there is no event, whatever comes after; the next one is one."""
-    for y0 in ([0.0, 1.0], [0.0, -1.0]):
-        sol = gi.solve(CIRCLE, y0, t_end=7.0, step=0.1, events="x")
-        np.testing.assert_allclose(sol.t_events[0], [math.pi, 2 * math.pi], rtol=0, atol=1e-14)
-    rest = gi.solve(CIRCLE, [0.0, 0.0], t_end=3.0, step=0.1, events=["x", "y"])
-    assert [len(t) for t in rest.t_events] == [0, 0]
+@gi.event
+def of_roots(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """A polynomial by its scale, how many roots it has, and these, in the last parameters."""
+    product = params[3] + 0.0 * y[0]
+    for i in range(9):
+        product = product * gi.select(i < params[4], y[0] - params[5 + i], 1.0 + 0.0 * y[0])
+    return product
 
 
-def test_zero_at_a_step() -> None:
-    """A root exactly at a node, the first, a later one, the last, is one event."""
+MULTIPLE = st.lists(st.tuples(st.integers(0, 20), st.integers(1, 5)), max_size=4)
 
-    @gi.observable
-    def at_zero(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return y[0]
 
-    for step in (0.5, 0.25, 0.125, 0.0625):
-        found = on_line(at_zero, step=step)
-        assert found.shape == (1,)
-        assert abs(found[0] - 0.5) < 1e-6 * step
-    assert len(on_line(at_zero, end=0.5)) == 0  # the sign does not change before the end
+@given(MULTIPLE, st.sampled_from([0.37, 0.25, 0.05, 5.0]), st.sampled_from([0.0, 1e6, -1e9]))
+@example([(4e-4, 5)], 0.37, 0.0)  # soon after the beginning
+@example([(4e-6, 3)], 0.05, 1e6)
+@example([(0, 2), (20, 5), (10, 1)], 5.0, -1e9)  # at both ends of a step
+@example([(1.48, 2), (4, 4), (8, 3)], 0.37, 0.0)  # that touch a node
+def test_roots_of_any_multiplicity(roots: Any, step: float, t0: float) -> None:
+    """Those at which the sign changes, at steps or between, however small the values and slopes."""
+    roots = dict(roots)  # in quarters of x
+    assume(sum(roots.values()) <= 9)
+    known = sorted(0.25 * x for x, times in roots.items() if times % 2 and 0 < x < 20)
+    every = [0.25 * x for x, times in roots.items() for _ in range(times)]
+    for sign, scale, method in ((1.0, 1.0, "gauss-8"), (-1.0, 1.0, "rk-4"), (1.0, 1e-150, "rk-4")):
+        y0 = 0.0 if sign > 0.0 else 5.0
+        params = [scale, len(every), *(y0 + sign * np.array(every)), *[0.0] * (9 - len(every))]
+        run = {"t0": t0, "t_end": t0 + 5.0 * sign, "method": method, "step": step}
+        met = gi.solve(swing(0.0, 0.0, 0.0, *params), [y0, 1.0], **run, events=of_roots)
+        found = np.abs(met.events["of_roots"].y[:, 0] - y0)
+        np.testing.assert_allclose(found, known, rtol=0, atol=2e-14 + math.ulp(t0))
 
 
 def test_touching() -> None:
-    """What touches 0 is no event; beyond rounding both sides of a dip are two."""
-    for dip in (1e-3, 1e-6, 1e-9):
-
-        @gi.observable
-        def parabola(params: Any, t: Any, y: Any, work: Any) -> Any:
-            return (y[0] - 0.0371) * (y[0] - 0.0371) - dip  # noqa: B023
-
-        found = on_line(parabola, end=2.0)
-        known = 0.5371 + np.array([-1.0, 1.0]) * math.sqrt(dip)
-        np.testing.assert_allclose(found, known, rtol=0, atol=1e-11 / math.sqrt(dip) * 1e-3)
-
-    @gi.observable
-    def above(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return (y[0] - 0.0371) * (y[0] - 0.0371)
-
-    @gi.observable
-    def cubic(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return (y[0] - 0.0371) * (y[0] - 0.0371) * (y[0] - 0.0371)
-
-    assert len(on_line(above, end=2.0)) == 0
-    assert on_line(cubic, end=2.0) == pytest.approx([0.5371], abs=1e-14)
-
-
-@gi.field
-def falling(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ḧ = −9.8."""
-    out[0] = y[1]
-    out[1] = -9.8 + 0.0 * y[1]
-
-
-FALL = gi.Problem("fall", (("h", 1), ("v", 1)), field=falling)
-
-
-def power(n: int, scale: float = 1.0) -> gi.Event:
-    @gi.event
-    def of_height(params: Any, t: Any, y: Any, work: Any) -> Any:
-        product = scale * y[0]
-        for _ in range(n - 1):
-            product = product * y[0]
-        return product
-
-    return of_height
-
-
-@pytest.mark.parametrize("method", ["gauss-8", "rk-4"])
-def test_multiple_roots(method: str) -> None:
-    """The bracket decides: roots of any multiplicity, and at any scale, are met as simple ones are."""
-    known = math.sqrt(100.0 / 9.8)
-    events = {str(n): power(n) for n in (1, 3, 5, 9)}
-    events |= {str(scale): power(1, scale) for scale in (1e-300, 1e300, -1e-300)}
-    for step in (0.013, 0.11, 0.4567, known / 7.0, known / 7.01):
-        run = {"t_end": 5.0, "method": method, "step": step}
-        sol = gi.solve(FALL, [50.0, 0.0], **run, events=events)
-        for times in sol.t_events:
-            np.testing.assert_allclose(times, [known], rtol=4e-15)
-        assert [met.directions.tolist() for met in sol.events.values()] == [[-1.0]] * 6 + [[1.0]]
+    """Beyond rounding both sides of a dip are two events; what touches 0, or does not, is none."""
+    for dip in (1e-3, 1e-6, 1e-9, 0.0, -1e-12):
+        found = on_line(lambda x: (x - 0.0371) * (x - 0.0371), 2.0, level=dip)
+        known = 0.5371 + np.array([-1.0, 1.0]) * math.sqrt(dip) if dip > 0.0 else []
+        np.testing.assert_allclose(found, known, rtol=0, atol=1e-14 / math.sqrt(abs(dip) or 1.0))
 
 
 def test_stretches_of_zeros() -> None:
@@ -202,18 +170,16 @@ def test_stretches_of_zeros() -> None:
         left = gi.select(y[0] < -0.2, y[0] + 0.2, 0.0 * y[0])
         return gi.select(y[0] > 0.31, y[0] - 0.31, left)
 
-    @gi.observable
     def one_side(params: Any, t: Any, y: Any, work: Any) -> Any:
         return gi.select(y[0] > 0.31, y[0] - 0.31, 0.0 * y[0])
 
     for step in (0.125, 0.037, 0.6):
-        for direction in ("both", "up"):
-            found = on_line(dead, end=1.0, step=step, direction=direction)
-            np.testing.assert_allclose(found, [0.81], rtol=0, atol=1e-14)
-        assert len(on_line(dead, end=1.0, step=step, direction="down")) == 0
-        assert len(on_line(dead, end=0.7, step=step)) == 0
-        assert len(on_line(one_side, end=1.0, step=step)) == 0
-        back = gi.solve(LINE, [0.5], t_end=-1.0, step=step, method="rk-4", events={"it": dead})
+        events = {x: gi.Event(dead, x) for x in ("both", "up", "down")}
+        met = along_line(1.0, step, events={**events, "one side": gi.Event(one_side)}).t_events
+        np.testing.assert_allclose(np.concatenate(met), [0.81, 0.81], rtol=0, atol=1e-14)
+        assert len(met[2]) == 0
+        assert len(along_line(0.7, step, events={"it": dead}).t_events[0]) == 0
+        back = along_line(-1.0, step, 0.5, events={"it": dead})
         np.testing.assert_allclose(back.t_events[0], [-0.7], rtol=0, atol=1e-14)
 
 
@@ -221,11 +187,11 @@ def test_stretches_of_zeros() -> None:
 @pytest.mark.parametrize(("method", "step"), [("gauss-8", 0.1), ("gauss-8", 0.003), ("rk-4", 0.02)])
 def test_what_bounces(method: str, step: float, coefficient: float) -> None:
     """A run that begins where an event has ended one tells the next bounce, whatever is left of it."""
-    run = {"t_end": 3.0, "method": method, "step": step}
-    for event in (gi.Event("h", terminal=True), gi.Event(power(1, 1e-300).what, terminal=True)):
+    tiny = of_x(lambda x: 1e-300 * x, terminal=True)
+    for event in (gi.Event("x", terminal=True), tiny):
         y, known = [1.0, 0.0], math.sqrt(2.0 / 9.8)
         for _ in range(40):
-            sol = gi.solve(FALL, y, **run, events=event)
+            sol = gi.solve(FALL, y, t_end=3.0, method=method, step=step, events=event)
             assert sol.t[-1] == pytest.approx(known, rel=1e-9)
             h, v = sol.y[-1]
             y, known = [h, -coefficient * v], -2.0 * coefficient * v / 9.8
@@ -234,189 +200,104 @@ def test_what_bounces(method: str, step: float, coefficient: float) -> None:
 def test_where_runs_begin_and_end() -> None:
     """On an event, to rounding, none is told; a crossing soon after the beginning is."""
     for step in (0.001, 0.01, 0.1):
-        run = {"t_end": 1.0, "step": step, "method": "rk-4", "events": "h"}
+        run = {"t_end": 1.0, "step": step, "method": "rk-4", "events": "x"}
         for left in (0.0, 1.7e-16, -1.7e-16):
             for speed in (4.0, 0.1, 0.01):
-                met = gi.solve(FALL, [left, speed], **run).events["h"]
+                met = gi.solve(FALL, [left, speed], **run).events["x"]
                 np.testing.assert_allclose(met.t, [2.0 * speed / 9.8], rtol=1e-9)
                 assert met.directions.tolist() == [-1.0]
             assert len(gi.solve(FALL, [left, -1.0], **run).t_events[0]) == 0
         for height in (1e-3, 1e-9, 1e-12):
-            met = gi.solve(FALL, [height, -1.0], **run).events["h"]
+            met = gi.solve(FALL, [height, -1.0], **run).events["x"]
             np.testing.assert_allclose(met.t, [height], rtol=1e-2)
-            met = gi.solve(FALL, [-height, 1.0], **run).events["h"]
+            met = gi.solve(FALL, [-height, 1.0], **run).events["x"]
             assert met.directions.tolist() == [1.0, -1.0]
-    for sign in (1.0, -1.0):
-        for direction in ("both", "up", "down"):
-            event = {"x": gi.Event("x", direction)}
-            given = {"step": 0.1, "events": event}
-            sol = gi.solve(CIRCLE, [0.0, -1.0], t_end=sign * math.pi, **given)
-            assert len(sol.t_events[0]) == 0
-            rest = gi.solve(sol, t_end=sign * 3.5, events=event)
-            told = gi.Event("x", direction).sign in (0, -sign)
-            np.testing.assert_allclose(rest.t_events[0], [sign * math.pi] * told, atol=1e-14)
-
-
-@gi.event
-def of_roots(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """A polynomial by how many roots it has, and these."""
-    product = 1.0 + 0.0 * y[0]
-    for i in range(9):
-        product = product * gi.select(i < params[0], y[0] - params[1 + i], 1.0 + 0.0 * y[0])
-    return product
-
-
-@pytest.mark.parametrize(("method", "step"), [("gauss-8", 0.37), ("rk-4", 0.05), ("rk-4", 5.0)])
-@pytest.mark.parametrize("t0", [0.0, 1e6, -1e9])
-def test_roots_at_the_ends_of_steps(method: str, step: float, t0: float) -> None:
-    """Multiple ones soon after the beginning, at both ends of a step, and those that touch a node."""
-    for roots, simple in (
-        ([1e-4] * 5, [1e-4]),
-        ([1e-6] * 3, [1e-6]),
-        ([0.0] * 2 + [5.0] * 5 + [2.5], [2.5]),
-        ([1.0] * 2, []),
-        ([0.37] * 2 + [1.0] * 4 + [2.0] * 3, [2.0]),
-    ):
-        for y0, sign in ((0.0, 1.0), (5.0, -1.0)):
-            params = [len(roots), *(y0 + sign * np.array(roots)), *[0.0] * (9 - len(roots))]
-            problem = gi.Problem("line", LINE.pieces, params, field=passing)
-            run = {"t0": t0, "t_end": t0 + 5.0 * sign, "method": method, "step": step}
-            met = gi.solve(problem, [y0], **run, events=of_roots)
-            found = np.abs(met.events["of_roots"].y[:, 0] - y0)
-            np.testing.assert_allclose(found, simple, rtol=0, atol=2e-14 + math.ulp(t0))
+    for sign, direction in itertools.product((1.0, -1.0), ("both", "up", "down")):
+        event = {"x": gi.Event("x", direction)}
+        sol = gi.solve(CIRCLE, [0.0, 1.0], t_end=sign * math.pi, step=0.1, events=event)
+        assert len(sol.t_events[0]) == 0
+        rest = gi.solve(sol, t_end=sign * 3.5, events=event)
+        told = gi.Event("x", direction).sign in (0, -sign)
+        np.testing.assert_allclose(rest.t_events[0], [sign * math.pi] * told, atol=1e-14)
+    rest = gi.solve(CIRCLE, [0.0, 0.0], t_end=3.0, step=0.1, events=["x", "v"])
+    assert [len(t) for t in rest.t_events] == [0, 0]
 
 
 def test_sections_that_begin_on_their_surface() -> None:
     """Points are counted from the next crossing on, in τ and t, forwards and backwards."""
-    ball = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
-    y0 = ball.random_state(5)
+    y0 = SPHERE.random_state(5)
     for event in (gi.Event("gamma[2]", "up"), gi.Event("gamma[2]")):
-        first = gi.poincare_section(ball, y0, event, 3, step=0.3)
-        again = gi.poincare_section(ball, first.y[0], event, 2, step=0.3)
+        first = gi.poincare_section(SPHERE, y0, event, 3, step=0.3)
+        again = gi.poincare_section(SPHERE, first.y[0], event, 2, step=0.3)
         np.testing.assert_allclose(again.tau, first.tau[1:] - first.tau[0], rtol=0, atol=1e-12)
-        end = gi.solve(ball, first.y[0], tau_end=float(again.tau[0]), step=0.3, events=event)
+        end = gi.solve(SPHERE, first.y[0], tau_end=float(again.tau[0]), step=0.3, events=event)
         assert len(end.t_events[0]) <= 1
-
-
-@gi.event
-def with_a_number_of_its_own(params: Any, t: Any, y: Any, work: Any) -> Any:
-    return y[0] + 0.000123 * y[1]
-
-
-def test_another_level_compiles_nothing() -> None:
-    """Nor does another component."""
-    run = {"t_end": 9.0, "step": 0.3, "method": "gauss-8"}
-    gi.solve(CIRCLE, [1.0, 0.0], **run, events=["x", with_a_number_of_its_own])
-    rng = np.random.default_rng()
-    for what in ("x", "y", with_a_number_of_its_own.what):
-        event = {"it": gi.Event(what, level=float(rng.uniform(0.1, 0.9)))}
-        sol = gi.solve(CIRCLE, [1.0, 0.0], **run, events=event)
-        assert sol.compile_seconds == 0.0
-        assert len(sol.t_events[0]) > 1
-
-
-@gi.field
-def swinging(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """A pendulum with friction that comes to rest at x = params[1]."""
-    out[0] = y[1]
-    out[1] = params[1] - y[0] - params[0] * y[1]
 
 
 def test_what_fades_away() -> None:
     """A motion that tends to 0 crosses it at 1e-60 as at 1; one that ends elsewhere does not."""
-    pieces, friction = (("x", 1), ("v", 1)), 0.2
-    problem = gi.Problem("swing", pieces, field=swinging, params=[friction, 0.0])
-    sol = gi.solve(problem, [1.0, 0.0], t_end=1400.0, step=0.2, events=["x", "v"])
+    friction, run = 0.2, {"step": 0.2, "events": ["x", "v"]}
+    sol = gi.solve(swing(1.0, 0.0, friction), [1.0, 0.0], t_end=1400.0, method="gauss-8", **run)
     half = math.pi / math.sqrt(1.0 - 0.25 * friction**2)
     assert np.abs(sol.y[-1]).max() < 1e-60
     for times in sol.t_events:
         np.testing.assert_allclose(np.diff(times), half, rtol=0, atol=1e-11)
         assert times[-1] > 1400.0 - half
-    elsewhere = gi.Problem("swing", pieces, field=swinging, params=[friction, 1.0])
-    events = [gi.Event("x", level=1.0), "v"]
-    rest = gi.solve(elsewhere, [2.0, 0.0], t_end=600.0, step=0.2, method="dop853", events=events)
+    run |= {"events": [gi.Event("x", level=1.0), "v"], "method": "dop853"}
+    rest = gi.solve(swing(1.0, 1.0, friction), [2.0, 0.0], t_end=600.0, **run)
     known = sol.t_events[0][sol.t_events[0] < 200.0]
     np.testing.assert_allclose(rest.t_events[0][: len(known)], known, rtol=0, atol=1e-6)
     assert max(map(len, rest.t_events)) < 120  # and not what rounding does to 1
 
 
 def test_faster_than_the_steps() -> None:
-    """Found where the values at quarters of a step tell that there is more; or an error, no fewer."""
-
-    @gi.event
-    def fast(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sin(300.0 * y[0])
-
-    @gi.event
-    def faster(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sin(1e4 * y[0])
-
-    @gi.event
-    def gathering(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return (0.3001 - y[0]) * gi.sin(1.0 / (0.3001 - y[0]))
-
-    @gi.event
-    def noise(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.select(y[0] < 0.0, y[0], 1e-9 * (gi.sin(1e12 * y[0]) + 1.000001))
-
-    found = on_line(fast.what, end=4.0, step=0.125)
+    """Found where the values at quarters of a step tell that there is more; also by time alone."""
+    found = on_line(lambda x: gi.sin(300.0 * x), end=4.0)
     known = np.arange(-47, 335) * math.pi / 300.0 + 0.5
     np.testing.assert_allclose(found, known, rtol=0, atol=1e-13)
-    for event in (faster, gathering, noise):
-        with pytest.raises(gi.EventError, match=event.name):
-            gi.solve(LINE, [-0.5], t_end=4.0, step=0.125, method="rk-4", events=event)
+    strobe = gi.Event(lambda params, t, y, work: gi.sin(20.0 * t), "up")
+    found = along_line(2.0, events={"it": strobe}).t_events[0]
+    np.testing.assert_allclose(found, 0.1 * math.pi * np.arange(1, 7), rtol=0, atol=1e-13)
+    run = {"t_end": 40.0, "step": 2.2, "method": gi.Gauss(8, max_iterations=1000)}
+    sol = gi.solve(CIRCLE, [1.0, 0.0], **run, events=["x", "v"])
+    for times, begin in zip(sol.t_events, (0.5 * math.pi, math.pi), strict=True):
+        known = np.arange(begin, 40.0, math.pi)
+        np.testing.assert_allclose(times, known, rtol=0, atol=1e-10)
 
 
 def test_two_near_the_end_of_a_step() -> None:
     """A dip of a millionth of the event's size, close before a step, is not taken for none."""
 
-    @gi.observable
     def dip(params: Any, t: Any, y: Any, work: Any) -> Any:
         fast = -0.004443726658953464 * gi.sin(1.1529247451231117 * y[0] + 3.0029646473448826)
-        return (
-            fast
-            + -0.024406712722650714 * gi.sin(0.6070164654827902 * y[0] + 4.087352167534571)
-            + -0.01997712920006731
-        )
+        slow = -0.024406712722650714 * gi.sin(0.6070164654827902 * y[0] + 4.087352167534571)
+        return fast + slow + -0.01997712920006731
 
     h, end = 3.3736105563259864, 172.05413837262532
-    run = {"t_end": -end, "step": 0.97 * h, "method": "rk-4", "events": {"it": dip}}
-    found = gi.solve(LINE, [end], **run).y_events[0][:, 0] / h
+    run = {"t_end": -end, "step": 0.97 * h, "method": "rk-4", "events": {"it": gi.Event(dip)}}
+    found = gi.solve(LINE, [end, 1.0], **run).y_events[0][:, 0] / h
     np.testing.assert_allclose(found[np.abs(found - 43.283) < 0.1], [43.28627, 43.27993], atol=1e-5)
 
 
-def test_time_in_events() -> None:
-    """An event may depend on time alone, more often than there are steps."""
+TOO_FAST: dict[str, Any] = {  # of x, from which time on, up to which one
+    "jump": (lambda x: gi.select(x > 0.05, 1.0, -1.0), 0.4, 0.6),
+    "no number": (lambda x: gi.sqrt(0.3 - x), 0.7, 0.9),
+    "chatter": (lambda x: gi.sin(1.0 / (0.3001 - x)), 0.4, 0.9),
+    "fast": (lambda x: gi.sin(1e4 * x), 0.0, 0.2),
+    "gathering": (lambda x: (0.3001 - x) * gi.sin(1.0 / (0.3001 - x)), 0.4, 0.9),
+    "noise": (lambda x: gi.select(x < 0.0, x, 1e-9 * (gi.sin(1e12 * x) + 1.000001)), 0.4, 0.7),
+}
 
-    @gi.observable
-    def strobe(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sin(20.0 * t) + 0.0 * y[0]
 
-    found = on_line(strobe, end=2.0, direction="up")
-    np.testing.assert_allclose(found, 0.1 * math.pi * np.arange(1, 7), rtol=0, atol=1e-13)
-
-
-def test_what_cannot_be_told() -> None:
-    """Jumps, numbers that are none, too many in a step: typed, with the name and the time."""
-
-    @gi.event
-    def jump(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.select(y[0] > 0.05, 1.0, -1.0)
-
-    @gi.event
-    def no_number(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sqrt(0.3 - y[0])
-
-    @gi.event
-    def chatter(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sin(1.0 / (0.3001 - y[0]))
-
-    for event in (jump, no_number, chatter):
-        with pytest.raises(gi.EventError, match=event.name) as caught:
-            gi.solve(LINE, [-0.5], t_end=1.0, step=0.125, method="rk-4", events=event)
-        assert 0.4 < caught.value.t < 0.9
-        assert caught.value.partial.t[-1] <= caught.value.t + 0.125
-        assert pickle.loads(pickle.dumps(caught.value)).name == event.name
+@pytest.mark.parametrize("name", TOO_FAST)
+def test_what_cannot_be_told(name: str) -> None:
+    """An error, and no fewer events: jumps, no numbers, too many in a step; with name and time."""
+    function, begin, end = TOO_FAST[name]
+    with pytest.raises(gi.EventError, match=name) as caught:
+        along_line(4.0, events={name: of_x(function)})
+    assert begin <= caught.value.t <= end
+    assert caught.value.partial.t[-1] <= caught.value.t + 0.125
+    assert pickle.loads(pickle.dumps(caught.value)).name == name
 
 
 # --- directions, ends, going on ------------------------------------------------------------------
@@ -425,171 +306,107 @@ def test_what_cannot_be_told() -> None:
 def test_directions() -> None:
     """Up, down, both; in the order of the run, also backwards."""
     for end in (20.0, -20.0):
-        every = gi.solve(CIRCLE, [1.0, 0.0], t_end=end, step=0.3, events="y").events["y"]
-        for direction, sign in (("up", 1), ("down", -1), (1, 1), (-1, -1)):
-            some = gi.solve(
-                CIRCLE, [1.0, 0.0], t_end=end, step=0.3, events=gi.Event("y", direction)
-            ).events["y"]
-            np.testing.assert_array_equal(some.t, every.t[every.directions == sign])
-            assert set(some.directions) == {sign}
+        kinds = {x: gi.Event("v", x) for x in ("both", "up", "down", 1, -1) if isinstance(x, str)}
+        kinds |= {"1": gi.Event("v", 1), "-1": gi.Event("v", -1)}
+        met = gi.solve(CIRCLE, [1.0, 0.0], t_end=end, step=0.3, events=kinds).events
+        for name, sign in (("up", 1), ("down", -1), ("1", 1), ("-1", -1)):
+            known = met["both"].t[met["both"].directions == sign]
+            np.testing.assert_array_equal(met[name].t, known)
+            assert set(met[name].directions) == {sign}
 
 
-def test_names_of_events() -> None:
-    """One that is not there is told with those that are."""
-    p, y0 = PROBLEMS["sphere"] if "sphere" in PROBLEMS else next(iter(PROBLEMS.values()))
-    name = component(p, 0)
-    run = gi.solve(p, y0, t_end=1.0, events=gi.Event(name, level=0.3))
-    with pytest.raises(KeyError, match=r"events\['.*'\]: no such name.* = 0\.3'.* events=…"):
-        run.events[name]
-    assert isinstance(run.events, dict)
-    assert run.events.get(name) is None
+QUARTERS = gi.Event(lambda params, t, y, work: gi.sin(4.0 * math.pi * t))  # every ¼ of time
+CLOSE = st.sampled_from([0.3, 0.03, 3e-3, 3e-4])  # apart, with other directions
+ROUNDINGS = st.sampled_from([0.0, 1e-16, 1e-15, 1e-12, 1e-10, -1e-16, -1e-15, -1e-12, -1e-10])
+CUTS = st.lists(st.tuples(st.integers(0, 50), ROUNDINGS), min_size=1, max_size=4)
+STEPS = st.sampled_from([("gauss-2", 0.21), ("gauss-8", 0.25), ("gauss-8", 0.3), ("rk-4", 0.02)])
+
+
+@given(CUTS, CLOSE, STEPS)
+@example([(5, 0.0)], 0.3, ("rk-4", 0.02))
+@example([(0, 0.0), (3, 1e-16), (16, -1e-16)], 3e-4, ("gauss-8", 0.25))
+def test_parts_are_the_whole(cuts: Any, apart: float, steps: tuple[str, float]) -> None:
+    """Wherever runs meet, at events, at steps, nearly: each event is told once, with its direction."""
+    events = {"close": gi.Event("x", level=math.cos(0.5 * apart)), "x": "x", "often": QUARTERS}
+    run = {"method": steps[0], "step": steps[1], "events": events}
+    (whole,) = in_parts(CIRCLE, [0.0, 1.0], [9.0], **run)
+    assert whole.events["close"].directions.tolist() == [1.0, -1.0, 1.0, -1.0]
+    at_events = np.sort(np.concatenate([*whole.t_events, steps[1] * np.arange(1, 9.0 / steps[1])]))
+    places = at_events[[k % len(at_events) for k, _ in cuts]]
+    ends = sorted({float(at + off) for at, (_, off) in zip(places, cuts, strict=True)})
+    runs = in_parts(CIRCLE, [0.0, 1.0], [*(e for e in ends if steps[1] <= e < 9.0), 9.0], **run)
+    for name, known in whole.events.items():
+        found = joined(runs, name)
+        assert found[:, 1].tolist() == known.directions.tolist()
+        close = 2e-14 / apart if name == "close" else 1e-13
+        np.testing.assert_allclose(found[:, 0], known.t, rtol=0, atol=close)
+
+
+def test_parts_have_the_bits_of_the_whole() -> None:
+    """A run in parts looks back at the steps before."""
+    run = {"step": 0.25, "events": {"x": gi.Event("x", level=0.3), "v": "v"}}
+    (whole,) = in_parts(CIRCLE, [1.0, 0.0], [40.0], **run)
+    runs = in_parts(CIRCLE, [1.0, 0.0], [0.3, 0.6, 3.3, 11.0, 24.9, 40.0], **run)
+    for name, known in whole.events.items():
+        np.testing.assert_array_equal(joined(runs, name), known.table)
 
 
 @pytest.mark.parametrize("t0", [1e6, 1e8, -1e10])
 @pytest.mark.parametrize("method", ["gauss-8", "rk-4"])
 def test_told_once_far_away(t0: float, method: str) -> None:
     """Where a step is few roundings of the time, a run that ends at an event tells it, or the next."""
-    p, y0 = PROBLEMS["henon-heiles"]
-    given = {"method": method, "step": 0.11337, "events": "q[0]"}
-    one = gi.solve(p, y0, t0=t0, t_end=t0 + 20.1234567, **given).t_events[0]
-    assert len(one) > 3
-    cut = gi.solve(p, y0, t0=t0, t_end=float(one[1]), **given)
-    rest = gi.solve(cut, t_end=t0 + 20.1234567, events="q[0]")
-    assert len(cut.t_events[0]) + len(rest.t_events[0]) == len(one)
+    given = {"t0": t0, "method": method, "step": 0.11337, "events": "x"}
+    (whole,) = in_parts(PENDULUM, [0.5, 1.0], [t0 + 20.1234567], **given)
+    known = whole.t_events[0]
+    assert len(known) > 3
+    runs = in_parts(PENDULUM, [0.5, 1.0], [float(known[1]), t0 + 20.1234567], **given)
+    assert sum(len(run.t_events[0]) for run in runs) == len(known)
 
 
-def test_an_end_before_the_event() -> None:
-    """A run that an event has ended goes on beyond it, whatever step it begins with."""
-    p, y0 = next(iter(PROBLEMS.values()))
-    y1 = gi.solve(p, y0, t_end=1.2, step=0.17).y[-1]
-    what = gi.Event(component(p, 0), level=float(0.5 * (y0[0] + y1[0])), terminal=True)
-    run = gi.solve(p, y0, t_end=3.0, step=0.17, events=what)
-    for end in (np.nextafter(run.t[-1], 0.0), run.t[-1], 0.0):
-        with pytest.raises(gi.DomainError, match=f"t_end = .*beyond {run.t[-1]:.9g}"):
-            gi.solve(run, t_end=end)
+@given(ROUNDINGS, st.sampled_from([0.03, 0.125, 0.05, 0.25]))
+def test_ends_that_coincide(off: float, level: float) -> None:
+    """Of events at nearly one time, that end the run or not, each is told once."""
+    both = {"a": gi.Event("x", level=level, terminal=True)}
+    both["b"] = gi.Event("x", level=level + off, terminal=True)
+    both["c"] = gi.Event("x", level=level + off)
+    runs = [along_line(events=both)]
+    while runs[-1].message:
+        assert len(runs) <= 2
+        runs.append(gi.solve(pickle.loads(pickle.dumps(runs[-1])), t_end=1.0, events=both))
+    for name in both:
+        assert joined(runs, name)[:, 0] == pytest.approx([0.5 + level], abs=2e-10)
 
 
-@kinds
-def test_ends(name: str, problem: str) -> None:
-    """A run ends at a terminal event, and goes on from there to all further ones, once each."""
-    p, y0 = PROBLEMS[problem]
-    run = {"method": name, "step": 0.17}
-    y1 = gi.solve(p, y0, t_end=1.2, **run).y[-1]
-    what = gi.Event(component(p, 0), level=float(0.5 * (y0[0] + y1[0])))
-    plain = gi.solve(p, y0, t_end=3.0, **run, events=what)
-    (known,) = plain.t_events
-    assert len(known) > 0
-    ending = gi.Event(what.what, level=what.level, terminal=True)
-    looked: Any = "all" if name == "rk-4" else {"first": lambda params, t, y, work: y[0]}
-    stopped = gi.solve(p, y0, t_end=3.0, **run, events=ending, save_every=1, observe=looked)
-    assert stopped.drift
-    assert stopped.success
-    assert ending.name in stopped.message
-    assert stopped.t[-1] == known[0]
-    np.testing.assert_array_equal(stopped.y[-1], plain.y_events[0][0])
-    for drift in stopped.drift.values():
-        assert drift.windows.last_time == known[0]
-    found = [float(stopped.t[-1])]
-    while True:
-        stopped = gi.solve(stopped, t_end=3.0, events=ending)
-        if not stopped.message:
-            break
-        found.append(float(stopped.t[-1]))
-    np.testing.assert_allclose(found, known, rtol=0, atol=1e-9)
-    np.testing.assert_array_equal(stopped.y[-1], plain.y[-1])
+def test_an_end_at_the_end() -> None:
+    """A loop over all events of a run ends, also if the last one is where the run ends."""
+    event = gi.Event(QUARTERS.what, terminal=True)
+    for end in np.arange(9.0, 15.0, 0.75):
+        sol, count = along_line(end, 0.25, events=event), 0
+        while sol.message:
+            count += 1
+            sol = gi.solve(sol, t_end=end, events=event)
+        assert count in (4 * end - 1, 4 * end)
 
 
-def known_in_parts(level: float, ends: list[float], **first: Any) -> list[np.ndarray]:
-    """What a run over the line x = t − ½ tells, in parts that end there, of an event at a level."""
-    event, parts = {"it": gi.Event("x", level=level)}, []
-    sol = gi.solve(
-        LINE, [-0.5], t_end=ends[0], step=0.125, method="rk-4", events={**event, **first}
-    )
-    parts.append(sol.t_events[0])
-    for end in ends[1:]:
-        sol = gi.solve(sol, t_end=end, events=event)
-        parts.append(sol.t_events[0])
-    return parts
-
-
-@pytest.mark.parametrize("end", [0.5, 0.55], ids=["at a step", "between"])
-@pytest.mark.parametrize("off", [0.0, 1e-16, 1e-15, 1e-12, 1e-10, -1e-15, -1e-12, -1e-10])
-def test_nothing_is_lost_where_runs_meet(end: float, off: float) -> None:
-    """What happens where a run ends, to rounding or nearly, is told once: by it or by the next."""
-    parts = known_in_parts(end - 0.5 + off, [end, 0.75, 1.0])
-    assert [len(t) for t in parts] in ([1, 0, 0], [0, 1, 0])
-    assert np.concatenate(parts)[0] == pytest.approx(end + off, abs=1e-14)
-
-
-@pytest.mark.parametrize("off", [0.0, 1e-16, 1e-15, 1e-13, 1e-11, -1e-15, -1e-13])
-def test_ends_that_coincide(off: float) -> None:
-    """Of two events at nearly one time, one of which ends the run, both are told once."""
-    parts = known_in_parts(0.03 + off, [1.0, 1.0], end=gi.Event("x", level=0.03, terminal=True))
-    assert sum(map(len, parts)) == 1
-    both = {"a": gi.Event("x", level=0.03, terminal=True)}
-    both["b"] = gi.Event("x", level=0.03 + off, terminal=True)
-    sol = gi.solve(LINE, [-0.5], t_end=1.0, step=0.125, method="rk-4", events=both)
-    counts, runs = [len(t) for t in sol.t_events], 1
-    while sol.message:
-        assert runs <= 2
-        sol = gi.solve(pickle.loads(pickle.dumps(sol)), t_end=1.0, events=both)
-        counts, runs = [n + len(t) for n, t in zip(counts, sol.t_events, strict=True)], runs + 1
-    assert counts == [1, 1]
-
-
-@pytest.mark.parametrize("method", ["gauss-2", "gauss-8", "rk-4"])
-@pytest.mark.parametrize("apart", [0.3, 0.03, 3e-3, 3e-4])
-def test_cut_at_close_crossings(method: str, apart: float) -> None:
-    """Of two close crossings none is lost, and each keeps its direction, where a run ends at one."""
-    y0, run = [1.0, 0.0], {"step": 0.02 if method == "rk-4" else 0.21, "method": method}
-    event = {"it": gi.Event("y", level=math.cos(0.5 * apart))}
-    known = gi.solve(CIRCLE, y0, t_end=9.0, **run, events=event).events["it"]
-    assert known.directions.tolist() == [1.0, -1.0, 1.0, -1.0]
-    for at in known.t:
-        ends = [at]
-        for _ in range(2):
-            ends = [np.nextafter(ends[0], 0.0), *ends, np.nextafter(ends[-1], 9.0)]
-        for end in ends:
-            first = gi.solve(CIRCLE, y0, t_end=float(end), **run, events=event)
-            then = gi.solve(first, t_end=9.0, events=event)
-            both = [sol.events["it"] for sol in (first, then)]
-            times = np.concatenate([met.t for met in both])
-            assert np.concatenate([met.directions for met in both]).tolist() == [1, -1, 1, -1]
-            np.testing.assert_allclose(times, known.t, rtol=0, atol=2e-14 / apart)
-
-
-@gi.field
-def free_swinging(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """A pendulum."""
-    out[0] = y[1]
-    out[1] = -gi.sin(y[0])
-
-
-PENDULUM = gi.Problem("pendulum", (("angle", 1), ("momentum", 1)), field=free_swinging)
-BALL = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
 # Problem, state; method, step, component, level, end, which is a crossing to some bits: small
 # differences of larger numbers, and a dip at the end of a step that is far too long.
+BALL = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+SLOW = [-0.2693028417671992, -0.18467477034706026, -0.9451831614101953]
+SLOW += [0.5974588115252236, 0.06724363868658273, -0.18336716775165357]
+FAST = [-0.7837787445725445, 0.567778066271007, 0.2516325635084654]
+FAST += [-0.622567523856032, -0.870349841283895, 0.02468026203500709]
 LOST = {
     "small differences": (
-        BALL,
-        [
-            *(-0.2693028417671992, -0.18467477034706026, -0.9451831614101953),
-            *(0.5974588115252236, 0.06724363868658273, -0.18336716775165357),
-        ],
-        ("gauss-8", 0.13741796376532014, "gamma[1]", -0.19891071447709965, -0.2902021457773462),
+        *(BALL, SLOW, "gauss-8", 0.13741796376532014),
+        *("gamma[1]", -0.19891071447709965, -0.2902021457773462),
     ),
     "a level": (
-        PENDULUM,
-        [2.414072896809409, 2.1442845754583004],
-        ("gauss-1", 0.12290926635596956, "momentum[0]", 2.0224431786659807, 0.3548290399694999),
+        *(PENDULUM, [2.414072896809409, 2.1442845754583004], "gauss-1", 0.12290926635596956),
+        *("v", 2.0224431786659807, 0.3548290399694999),
     ),
     "a dip at the end": (
-        BALL,
-        [
-            *(-0.7837787445725445, 0.567778066271007, 0.2516325635084654),
-            *(-0.622567523856032, -0.870349841283895, 0.02468026203500709),
-        ],
-        ("rk-4", 0.3453011645096846, "gamma[0]", -1.0572162869275588, -1.3384282044349987),
+        *(BALL, FAST, "rk-4", 0.3453011645096846),
+        *("gamma[0]", -1.0572162869275588, -1.3384282044349987),
     ),
 }
 
@@ -598,7 +415,7 @@ LOST = {
 @pytest.mark.parametrize("name", LOST)
 def test_cuts_that_lost_a_crossing(name: str) -> None:
     """The first of two crossings, where a run ends at the second."""
-    p, y0, (method, step, component, level, end) = LOST[name]
+    p, y0, method, step, component, level, end = LOST[name]
     event = {"it": gi.Event(component, level=level)}
     key = "tau_end" if p.time == "tau" else "t_end"
     first = gi.solve(p, y0, **{key: end}, method=method, step=step, events=event)
@@ -607,166 +424,89 @@ def test_cuts_that_lost_a_crossing(name: str) -> None:
     assert told == [[-1.0], [1.0]]
 
 
-@gi.observable
-def squared(params: Any, t: Any, y: Any, work: Any) -> Any:
-    return y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
-
-
 @pytest.mark.parametrize("method", ["gauss-8", "rattle-2"])
 def test_rounding_alone_is_no_crossing(method: str) -> None:
     """What stays at its level, to some roundings of much larger terms; from the first step on."""
     p, y0 = PROBLEMS["spherical-pendulum"] if method == "rattle-2" else PROBLEMS["sphere-metric"]
     y0 = p.canonical(y0)
-    event = {"length": gi.Event(squared, level=float(y0[:3] @ y0[:3]))}
+    square = gi.observable(lambda params, t, y, work: y[0] * y[0] + y[1] * y[1] + y[2] * y[2])
+    event = {"length": gi.Event(square, level=float(y0[:3] @ y0[:3]))}
     end = {"tau_end" if p.time == "tau" else "t_end": 10.0}
     sol = gi.solve(p, y0, **end, method=method, step=0.1, events=event)
     assert len(sol.events["length"].t) == 0
 
 
-def test_parts_are_the_whole() -> None:
-    """A run in parts looks back at the steps before: the same events to the bit."""
-    events = {"x": gi.Event("x", level=0.3), "y": "y"}
-    run = {"step": 0.25, "events": events}
-    whole = gi.solve(CIRCLE, [1.0, 0.0], t_end=40.0, **run)
-    part = gi.solve(CIRCLE, [1.0, 0.0], t_end=0.3, **run)
-    parts = [part.events]
-    for end in (0.6, 3.3, 11.0, 24.9, 40.0):
-        part = gi.solve(part, t_end=end, events=events)
-        parts.append(part.events)
-    for name, known in whole.events.items():
-        table = np.concatenate([met[name].table for met in parts])
-        np.testing.assert_array_equal(table, known.table)
-
-
-@gi.event
-def quarters(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0 at every quarter of a unit of time."""
-    return gi.sin(4.0 * math.pi * t)
-
-
-@pytest.mark.parametrize("step", [0.25, 0.3, 0.5])
-@pytest.mark.parametrize(
-    "ends", [[1.5, 1.75], [1.5000000000000002, 3.0], [2.0, 2.1000000000000001, 6.25], [0.75, 2.5]]
-)
-def test_many_where_runs_meet(step: float, ends: list[float]) -> None:
-    """Several in the last step, roots at all steps, ends that are a rounding beyond a step."""
-    sol = gi.solve(CIRCLE, [1.0, 0.0], t_end=ends[0], step=step, events=quarters)
-    found = [sol.t_events[0]]
-    for end in (*ends[1:], 8.1):
-        sol = gi.solve(sol, t_end=end, events=quarters)
-        found.append(sol.t_events[0])
-    known = np.arange(1, 33) * 0.25
-    np.testing.assert_allclose(np.concatenate(found), known, rtol=0, atol=1e-13)
-
-
-def test_an_end_at_the_end() -> None:
-    """A loop over all events of a run ends, also if the last one is where the run ends."""
-    event = gi.Event(quarters.what, terminal=True)
-    for end in np.arange(9.0, 15.0, 0.25):
-        sol = gi.solve(LINE, [-0.5], t_end=end, step=0.25, method="rk-4", events=event)
-        count = 0
-        while sol.message:
-            count += 1
-            sol = gi.solve(sol, t_end=end, events=event)
-        assert count in (4 * end - 1, 4 * end)
-
-
 def test_what_lies_beyond_the_end() -> None:
     """What cannot be told is no error beyond the event that ends the run, be it in the same step."""
-
-    @gi.observable
-    def no_number(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sqrt(0.3 - y[0]) - 0.12
-
-    @gi.observable
-    def jump(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.select(y[0] > 0.26, 1.0, -1.0)
-
+    no_number = of_x(lambda x: gi.sqrt(0.3 - x) - 0.12)
+    jump = of_x(lambda x: gi.select(x > 0.26, 1.0, -1.0))
     for start in (-0.5, -4.5):  # along the orbit; along the interpolant
-        run = {"t_end": 7.0, "step": 0.125, "method": "rk-4"}
         guard = {"guard": gi.Event("x", level=0.29, terminal=True)}
         for events in ({"no": no_number, **guard}, {**guard, "no": no_number}):
-            sol = gi.solve(LINE, [start], **run, events=events)
+            sol = along_line(7.0, start=start, events=events)
             assert sol.message == "ended by the event 'guard'"
             assert sol.t[-1] + start == pytest.approx(0.29, abs=1e-12)
             assert sol.events["no"].tau + start == pytest.approx([0.2856], abs=1e-12)
         with pytest.raises(gi.EventError, match="jump"):
-            gi.solve(LINE, [start], **run, events={"jump": jump, **guard})
-
-
-def test_an_end_at_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where an end is at a step, that is the last whole one, however the run is cut into chunks."""
-    found = []
-    for first in (64, 1, 2, 3, 4, 5):
-        monkeypatch.setattr(driver, "FIRST_CHUNK", first)
-        monkeypatch.setattr(driver, "CHUNK_SECONDS", 0.0)
-        end = gi.Event("x", terminal=True)
-        found.append(
-            gi.solve(
-                LINE, [-0.5], t_end=2.0, step=0.125, method="rk-4", events=end, dense=True,
-                save_every=1, observe={"x": lambda params, t, y, work: y[0]},
-            )
-        )  # fmt: skip
-        assert found[-1] == found[0]
-        np.testing.assert_array_equal(found[-1].t, [0.0, 0.125, 0.25, 0.375, 0.5])
-        np.testing.assert_array_equal(found[-1].sol(found[-1].t), found[-1].y)
+            along_line(7.0, start=start, events={"jump": jump, **guard})
 
 
 def test_the_first_end_counts() -> None:
     """Of several events that end a run the first does; of one of them its third; none is later."""
-    events = {
-        "x": gi.Event("x", terminal=3),
-        "y": gi.Event("y", terminal=5),
-        "half": gi.Event("x", level=0.5),
-    }
-    sol = gi.solve(CIRCLE, [1.0, 0.0], t_end=100.0, step=0.3, events=events)
+    events = {"x": gi.Event("x", terminal=3), "v": gi.Event("v", terminal=5)}
+    run = {"t_end": 100.0, "step": 0.3, "events": {**events, "half": gi.Event("x", level=0.5)}}
+    sol = gi.solve(CIRCLE, [1.0, 0.0], **run)
     assert sol.message == "ended by the event 'x'"
     assert [len(t) for t in sol.t_events] == [3, 2, 3]
     assert sol.t[-1] == sol.t_events[0][-1] == pytest.approx(2.5 * math.pi, abs=1e-12)
-    asked = gi.solve(
-        CIRCLE, [1.0, 0.0], t_end=100.0, step=0.3, events=events, t_eval=[1.0, 7.0, 8.0]
-    )
+    asked = gi.solve(CIRCLE, [1.0, 0.0], **run, t_eval=[1.0, 7.0, 8.0])
     np.testing.assert_array_equal(asked.t, [1.0, 7.0])
 
 
-def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However a run is cut into chunks: the same events to the bit; ends and all."""
-    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
-    y0 = problem.random_state(5)
-    events = {"a": "gamma[2]", "b": gi.Event("gamma[0]", terminal=9)}
-    found = []
-    for first, seconds in ((64, 0.03), (1, 0.0), (3, 0.0), (10_000, 1.0)):
-        monkeypatch.setattr(driver, "FIRST_CHUNK", first)
-        monkeypatch.setattr(driver, "CHUNK_SECONDS", seconds)
-        found.append(gi.solve(problem, y0, t_end=60.0, step=0.4, events=events))
-    for sol in found[1:]:
-        assert sol.events == found[0].events
-        np.testing.assert_array_equal(sol.y, found[0].y)
-        assert sol.restart == found[0].restart
+WATCHED: dict[str, Any] = {"observe": {"x": gi.observable(lambda params, t, y, work: y[0])}}
+IN_CHUNKS: dict[str, Any] = {  # problem, state, what is asked for
+    "an end at a step": (
+        *(LINE, [-0.5, 1.0]),
+        {"t_end": 2.0, "step": 0.125, "method": "rk-4", "events": gi.Event("x", terminal=True)}
+        | {"dense": True, "save_every": 1, **WATCHED},
+    ),
+    "ends": (
+        *(SPHERE, SPHERE.random_state(5)),
+        {"t_end": 60.0, "step": 0.4, "events": ["gamma[2]", gi.Event("gamma[0]", terminal=9)]},
+    ),
+    "late": (CIRCLE, [1.0, 0.0], {"t0": 2900.0, "t_end": 3000.0, "step": 0.2, "events": ["x"]}),
+    "an end by the clock": (
+        *(SPHERE, SPHERE.random_state(5)),
+        {"t_end": 4.0, "step": 0.1, "method": "gauss-4", "observe": "K", "t_eval": [1.0, 4.0]},
+    ),
+}
 
 
-def test_chunks_do_not_matter_late(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor where times are so late that the last bits of their differences vary."""
+@pytest.mark.parametrize("name", IN_CHUNKS)
+def test_chunks_do_not_matter(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However a run is cut into chunks: the same bits of all, where it ends and goes on from."""
+    problem, y0, given = IN_CHUNKS[name]
     found = []
-    for first, seconds in ((64, 0.03), (5, 0.0), (10**6, 1.0)):
+    for first, seconds in ((64, 0.03), (1, 0.0), (3, 0.0), (5, 0.0), (10**6, 1.0)):
         monkeypatch.setattr(driver, "FIRST_CHUNK", first)
         monkeypatch.setattr(driver, "CHUNK_SECONDS", seconds)
-        found.append(gi.solve(CIRCLE, [1.0, 0.0], t_end=3000.0, step=0.2, events=["x", "y"]).events)
-    assert found[1] == found[0]
-    assert found[2] == found[0]
+        found.append(gi.solve(problem, y0, **given))
+        assert found[-1] == found[0]
+        assert found[-1].restart == found[0].restart
+        assert (found[-1].events, found[-1].drift) == (found[0].events, found[0].drift)
+        if name == "an end at a step":  # that is the last whole one
+            np.testing.assert_array_equal(found[-1].t, [0.0, 0.125, 0.25, 0.375, 0.5])
+            np.testing.assert_array_equal(found[-1].sol(found[-1].t), found[-1].y)
 
 
 def test_two_times() -> None:
     """In τ the times are physical, and τ is there too; with an end in τ and no clock τ alone."""
-    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
-    y0 = problem.random_state(2)
-    sol = gi.solve(problem, y0, t_end=20.0, step=0.4, events="gamma[1]", dense=True)
+    y0, run = SPHERE.random_state(2), {"step": 0.4, "events": "gamma[1]"}
+    sol = gi.solve(SPHERE, y0, t_end=20.0, **run, dense=True)
     met = sol.events["gamma[1]"]
     np.testing.assert_allclose(sol.sol(met.t), met.y, rtol=0, atol=1e-13)
     np.testing.assert_allclose(sol.sol(tau=met.tau), met.y, rtol=0, atol=1e-13)
-    bare = gi.solve(
-        problem, y0, tau_end=float(sol.tau[-1]), clock=False, step=0.4, events="gamma[1]"
-    )
+    bare = gi.solve(SPHERE, y0, tau_end=float(sol.tau[-1]), clock=False, **run)
     assert bare.events["gamma[1]"].t is None
     np.testing.assert_allclose(bare.t_events[0], met.tau, rtol=0, atol=1e-12)
 
@@ -776,10 +516,9 @@ def test_two_times() -> None:
 
 def test_plain_python_agrees() -> None:
     """The same bits without compiled code."""
-    run = {"t_end": 8.0, "step": 0.3, "events": ["u", gi.Event("v", level=1.0, terminal=3)]}
     problem = lotka_volterra.problem()
-    run["events"] = [f"{name}[0]" for name in problem.slices]
-    run["events"] = [gi.Event(name, level=1.0) for name in run["events"]]
+    events = [gi.Event(f"{name}[0]", level=1.0) for name in problem.slices]
+    run = {"t_end": 8.0, "step": 0.3, "events": events}
     fast, slow = (
         gi.solve(problem, lotka_volterra.INITIAL, **run, compiled=c) for c in (True, False)
     )
@@ -788,23 +527,29 @@ def test_plain_python_agrees() -> None:
 
 
 def test_values() -> None:
-    """Events compare, copy, pickle, print; names and functions mean the same."""
+    """Events compare, copy, pickle, have names; names and functions mean the same, and compile once."""
     one = gi.Event("gamma[2]", direction=1, terminal=2, level=0.25)
     assert one == gi.Event("gamma[2]", "up", 2, 0.25) != gi.Event("gamma[2]")
     for other in (copy.copy(one), copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
         assert other == one
     assert one.name == "gamma[2] = 0.25"
 
-    @gi.event(direction="down")
+    @gi.event(direction="down", level=0.5)
     def mine(params: Any, t: Any, y: Any, work: Any) -> Any:
         return y[0]
 
-    named = gi.solve(CIRCLE, [1.0, 0.0], t_end=9.0, events={"x": gi.Event("x[0]", "down")})
-    made = gi.solve(CIRCLE, [1.0, 0.0], t_end=9.0, events=mine)
-    np.testing.assert_array_equal(named.t_events[0], made.t_events[0])
-    assert list(made.events) == ["mine"]
-    energy = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).reduced()
-    gi.solve(energy, energy.random_state(1), t_end=1.0, events="energy")
+    run = {"t_end": 9.0, "step": 0.3, "method": "gauss-8"}
+    known = gi.solve(CIRCLE, [1.0, 0.0], **run, events={"x": gi.Event("x[0]", "down", level=0.5)})
+    made = gi.solve(CIRCLE, [1.0, 0.0], **run, events=mine)
+    np.testing.assert_array_equal(known.t_events[0], made.t_events[0])
+    assert isinstance(made.events, dict)
+    with pytest.raises(KeyError, match=r"events\['.*'\]: no such name.*mine = 0\.5'.* events=…"):
+        made.events["mine"]
+    assert made.events.get("mine") is None
+    for what in ("x", "v", mine.what):  # at another level, of another component
+        sol = gi.solve(CIRCLE, [1.0, 0.0], **run, events={"it": gi.Event(what, level=0.123)})
+        assert sol.compile_seconds == 0.0
+        assert len(sol.t_events[0]) > 1
 
 
 @pytest.mark.parametrize(
@@ -818,47 +563,15 @@ def test_values() -> None:
         (["x", "x"], "unlike each other"),
         ({"": "x"}, "a name of 1 to"),
         ({3: "x"}, "a name of 1 to"),
+        *((("direction", x), "direction") for x in ("left", 2, None, [])),
+        *((("terminal", x), "terminal") for x in (0, -1, "yes")),
+        *((("level", x), "level") for x in (math.nan, "x")),
+        (("what", 3), "what"),
     ],
 )
 def test_wrong_events(events: Any, said: str) -> None:
-    """Typed errors that say what is right."""
+    """Typed errors that say what is right; of an event when it is made."""
     with pytest.raises(gi.DomainError, match=said):
+        if isinstance(events, tuple):
+            gi.Event(**{"what": "x", **dict([events])})
         gi.solve(CIRCLE, [1.0, 0.0], t_end=1.0, events=events)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"direction": "left"},
-        {"direction": 2},
-        {"direction": None},
-        {"direction": []},
-        {"terminal": 0},
-        {"terminal": -1},
-        {"terminal": "yes"},
-        {"level": math.nan},
-        {"level": "x"},
-        {"what": 3},
-    ],
-)
-def test_wrong_options(options: dict[str, Any]) -> None:
-    """Of an event, when it is made."""
-    with pytest.raises(gi.DomainError, match=next(iter(options))):
-        gi.Event(**{"what": "x", **options})
-
-
-@kinds
-def test_files(name: str, problem: str, tmp_path: Path) -> None:
-    """What a run keeps and what it has met is in its file, and goes on from there."""
-    p, y0 = PROBLEMS[problem]
-    run = {"method": name, "step": 0.17, "t_end": 1.3}
-    events = {"first": component(p, 0), "never": gi.Event(component(p, 0), level=1e6)}
-    sol = gi.solve(p, y0, **run, events=events, dense=True)
-    sol.save(tmp_path / "run.nc")
-    loaded = gi.load(tmp_path / "run.nc", p)
-    assert loaded == sol
-    assert loaded.events == sol.events
-    times = np.linspace(0.0, 1.3, 9)
-    np.testing.assert_array_equal(loaded.sol(times), sol.sol(times))
-    more, again = (gi.solve(s, t_end=2.0, events=events) for s in (sol, loaded))
-    assert more.events == again.events
