@@ -571,7 +571,11 @@ def test_values() -> None:
 )
 def test_wrong_events(events: Any, said: str) -> None:
     """Typed errors that say what is right; of an event when it is made."""
+
+    def ask() -> None:
+        made = isinstance(events, tuple)
+        found = gi.Event(**{"what": "x", **dict([events])}) if made else events
+        gi.solve(CIRCLE, [1.0, 0.0], t_end=1.0, events=found)
+
     with pytest.raises(gi.DomainError, match=said):
-        if isinstance(events, tuple):
-            gi.Event(**{"what": "x", **dict([events])})
-        gi.solve(CIRCLE, [1.0, 0.0], t_end=1.0, events=events)
+        ask()
