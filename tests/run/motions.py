@@ -21,7 +21,10 @@ def first(name: str, rate: Rate, *params: float, **more: Any) -> gi.Problem:
     return gi.Problem(name, (("x", 1),), params, field=field, **more)
 
 
-def second(name: str, force: Rate, *params: float, **more: Any) -> gi.Problem:
+PIECES = (("x", 1), ("v", 1))
+
+
+def second(name: str, force: Rate, *params: float, pieces: Any = PIECES, **more: Any) -> gi.Problem:
     """Return the motion x'' = force(params, t, y), with y = (x, v)."""
     known = gi.helper(force)
 
@@ -30,7 +33,7 @@ def second(name: str, force: Rate, *params: float, **more: Any) -> gi.Problem:
         out[0] = 1.0 * y[1]
         out[1] = known(params, t, y)
 
-    return gi.Problem(name, (("x", 1), ("v", 1)), params, field=field, **more)
+    return gi.Problem(name, pieces, params, field=field, **more)
 
 
 _SWING = second("swing", lambda p, t, y: p[1] - p[0] * y[0] - p[2] * y[1])
@@ -39,4 +42,4 @@ _SWING = second("swing", lambda p, t, y: p[1] - p[0] * y[0] - p[2] * y[1])
 def swing(stiffness: float = 1.0, push: float = 0.0, friction: float = 0.0, *more: float) -> Any:
     """Return x'' = push − stiffness x − friction x'; further parameters are those of events."""
     params = [stiffness, push, friction, *more]
-    return gi.Problem("swing", _SWING.pieces, params, field=_SWING.field)
+    return gi.Problem("swing", PIECES, params, field=_SWING.field)

@@ -3,55 +3,43 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
 
 import chaplygin as ch
 import geomint as gi
-from geomint import part
-from geomint.kernels.compiling.recorded import Recorded
-from geomint.methods import Start
-from geomint.problems.deviation import sizes_of
-from geomint.problems.evaluate import rates_of
 from geomint.problems.testproblems import henon_heiles
-from geomint.problems.time_scale import characteristic_time
-from geomint.run.accuracy import choose
-from geomint.run.accuracy.accuracy import Accuracy
-from geomint.run.accuracy.auto import STAGES, auto_method
-from geomint.run.accuracy.choose import LARGE
-from geomint.run.accuracy.search import MOST, Search, Trial
-from geomint.run.accuracy.stretch import Motion, Stretch, extrapolated, stretch
-from geomint.scene.load import builtin_scenes
+from geomint.run.accuracy.search import Search, Trial
 from tests.families import FAMILIES, KINDS, PROBLEMS, pairs
 from tests.problems import outer_solar_system, schwarzschild
+from tests.run.motions import first, second, swing
 
-SPHERE = gi.load_scene("sphere-n3")
-HAMILTONIZED = gi.load_scene("hamiltonized-n3")
-
-
-def truth(problem: gi.Problem, y0: np.ndarray, end: float, start: float = 0.0) -> np.ndarray:
-    """Return the state at the end by SciPy, on the functions in plain Python."""
-    found = solve_ivp(
-        lambda t, y: gi.derivative(problem, y, t),
-        (start, end),
-        y0,
-        "DOP853",
-        rtol=1e-13,
-        atol=1e-15,
-    )
-    return np.asarray(found.y[:, -1])
+LARGE = 32  # numbers of a state: of fewer Newton's method is fast
+SPHERE, HAMILTONIZED = gi.load_scene("sphere-n3"), gi.load_scene("hamiltonized-n3")
 
 
-def off(problem: gi.Problem, found: np.ndarray, right: np.ndarray) -> float:
-    return float(np.max(np.abs(found - right) / sizes_of(problem, right)))
+def sphere(end: float, **given: Any) -> gi.Solution:
+    """A run of the sphere in physical time, whose exact flow is known."""
+    return gi.solve(SPHERE.problem, SPHERE.state, **{"t_end": end, "progress": False, **given})
+
+
+def off(problem: gi.Problem, found: Any, right: Any) -> float:
+    """The largest difference, relative to the largest number of each piece."""
+    pieces = problem.slices.values()
+    return max(float(np.abs(found - right)[p].max() / np.abs(right[p]).max()) for p in pieces)
+
+
+def off_exact(scene: Any, sol: gi.Solution, end: float) -> float:
+    return off(scene.problem, sol.y[-1], scene.problem.exact(scene.state)(np.array([end]))[0])
 
 
 def tolerance_for(method: gi.Method) -> float:
@@ -67,7 +55,9 @@ def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     tolerance = tolerance_for(method)
     ends = {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
     sol = gi.solve(p, y0, **ends, method=method, tolerance=tolerance, progress=False)
-    error = off(p, sol.y[-1], truth(p, y0, end))
+    run = {"method": "DOP853", "rtol": 1e-3 * tolerance, "atol": 1e-5 * tolerance}
+    truth = solve_ivp(lambda t, y: gi.derivative(p, y, t), (0.0, end), y0, **run).y[:, -1]
+    error = off(p, sol.y[-1], truth)
     assert sol.success
     assert 1e-3 * tolerance < error < 4.0 * tolerance, error / tolerance
     assert sol.accuracy is not None
@@ -75,43 +65,48 @@ def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     assert sol.method.name == method.name
 
 
+LATE = pytest.mark.nightly
+
+
 @pytest.mark.parametrize(
-    "name",
-    [
-        "gauss-8",
-        *(
-            pytest.param(x, marks=pytest.mark.nightly)
-            for x in ("rk-4", "verlet-6", "dop853-adaptive")
-        ),
-    ],
+    "name", ["gauss-8", *(pytest.param(x, marks=LATE) for x in ("rk-4", "dop853-adaptive"))]
 )
 def test_against_the_exact_flow_at_physical_times(name: str) -> None:
     """The state at the same physical time, however late the clock is."""
-    p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state
     tolerance = 1e-5 if name == "rk-4" else 1e-8
+    run: dict[str, Any] = {"method": name, "tolerance": tolerance, "progress": False}
     for end in (40.0, -3.0):
-        sol = gi.solve(p, y0, t_end=end, method=name, tolerance=tolerance, progress=False)
-        error = off(p, sol.y[-1], p.exact(y0)(np.array([end]))[0])
-        assert 1e-3 * tolerance < error < 4.0 * tolerance, (end, error / tolerance)
+        sol = gi.solve(HAMILTONIZED.problem, HAMILTONIZED.state, t_end=end, **run)
+        assert 1e-3 < off_exact(HAMILTONIZED, sol, end) / tolerance < 4.0
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize("name", ["rk-4", "gauss-2"])
+@pytest.mark.parametrize("end", [20.0, 100.0, 500.0])
+def test_errors_are_those_expected(name: str, end: float) -> None:
+    """By trials, and by the second run in steps 1.37 times as long, which errs 1.37⁴ times as much."""
+    sol = sphere(end, method=name, tolerance=1e-6)
+    error = off_exact(SPHERE, sol, end)
+    assert 0.2 < error / 1e-6 < 1.0
+    assert 0.9 < error / sol.accuracy.expected < (2.5 if end == 20.0 else 1.3)
+    assert sol.end_error.error * (1.0 / (1.37**4 - 1.0)) == pytest.approx(error, rel=0.1)
+
+
 @pytest.mark.parametrize("end", [0.3, 20.0, 500.0])
-def test_auto_on_the_exact_flow(tolerance: float, end: float) -> None:
+def test_auto_on_the_exact_flow(end: float) -> None:
     """Short and long, from scarce to near rounding; the shortest runs are better than asked for."""
-    p, y0 = SPHERE.problem, SPHERE.state
-    sol = gi.solve(p, y0, t_end=end, method="auto", tolerance=tolerance, progress=False)
-    error = off(p, sol.y[-1], p.exact(y0)(np.array([end]))[0])
-    assert error < 3.0 * tolerance
-    assert end < 1.0 or error > 1e-4 * tolerance
+    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
+        error = off_exact(SPHERE, sphere(end, method="auto", tolerance=tolerance), end)
+        assert error < 3.0 * tolerance
+        assert end < 1.0 or error > 1e-4 * tolerance
 
 
-@pytest.mark.parametrize("name", ["gauss-3", "cf-4", "dormand-prince-5-adaptive"])
+@pytest.mark.parametrize(
+    "name", ["gauss-3", "dormand-prince-5-adaptive", pytest.param("cf-4", marks=LATE)]
+)
 def test_the_bits_are_those_of_plain_python(name: str) -> None:
-    p, y0 = SPHERE.problem, SPHERE.state
-    given: dict[str, Any] = {"t_end": 1.5, "method": name, "tolerance": 1e-6, "progress": False}
     one, again, plain = (
-        gi.solve(p, y0, **given, compiled=compiled) for compiled in (True, True, False)
+        sphere(1.5, method=name, tolerance=1e-6, compiled=compiled)
+        for compiled in (True, True, False)
     )
     assert one == again
     assert one.accuracy == plain.accuracy
@@ -120,160 +115,133 @@ def test_the_bits_are_those_of_plain_python(name: str) -> None:
 
 def test_what_is_chosen_is_a_step_and_where_the_iteration_stops() -> None:
     """With something observed the iteration goes on to rounding; what a user chose stays."""
-    p, y0 = SPHERE.problem, SPHERE.state
-    given: dict[str, Any] = {"t_end": 30.0, "tolerance": 1e-6, "progress": False}
-    sol = gi.solve(p, y0, **given, method="gauss-4")
+    given: dict[str, Any] = {"method": "gauss-4", "tolerance": 1e-6}
+    sol = sphere(30.0, **given)
     assert 0.0 < sol.method.options["iteration_tolerance"] < 1e-8
-    watched = gi.solve(p, y0, **given, method="gauss-4", observe="energy")
-    assert watched.method == gi.Gauss(4)
+    assert sphere(30.0, **given, observe="energy").method == gi.Gauss(4)
     own = gi.Gauss(4, iteration_tolerance=2.0**-50)
-    assert gi.solve(p, y0, **given, method=own).method == own
-    by_hand = gi.solve(p, y0, t_end=30.0, method=sol.method, step=sol.step, progress=False)
+    assert sphere(30.0, **{**given, "method": own}).method == own
+    by_hand = sphere(30.0, method=sol.method, step=sol.step)
     np.testing.assert_array_equal(by_hand.y, sol.y)
-    finer = gi.solve(p, y0, t_end=30.0, method="gauss-4", tolerance=1e-9, progress=False)
-    assert abs(finer.step) < abs(sol.step)
+    assert abs(sphere(30.0, **{**given, "tolerance": 1e-9}).step) < abs(sol.step)
+    with pytest.raises(gi.DomainError, match="tolerance = 1e-09: expected nothing"):
+        gi.solve(sol, t_end=39.0, tolerance=1e-9)
+    on = gi.solve(sol, t_end=39.0, progress=False)  # with the step it has
+    assert (on.step, on.accuracy) == (sol.step, None)
 
 
-@gi.field
-def standing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[1]
-    out[1] = -y[0]
+SWING = swing()
+CHOSEN: dict[str, Any] = {"tolerance": 1e-7, "progress": False}
 
 
-OSCILLATOR = gi.Problem("oscillator", (("x", 1), ("v", 1)), field=standing)
-
-
-@pytest.mark.parametrize("y0", [[0.0, 0.0], [1.0, 0.0], [1e-200, 0.0], [1e200, 1e200]])
 @pytest.mark.parametrize("name", ["gauss-8", "rk-4", "dop853-adaptive"])
-def test_at_rest_from_rest_tiny_and_huge(y0: list[float], name: str) -> None:
+def test_at_rest_from_rest_tiny_huge_and_short(name: str) -> None:
     method = gi.find_method(name)
     if method.adaptive:  # an absolute tolerance knows nothing of what is tiny
         method = method.with_options(atol=0.0)
-    sol = gi.solve(OSCILLATOR, y0, t_end=7.0, method=method, tolerance=1e-7, progress=False)
-    c, s = math.cos(7.0), math.sin(7.0)
-    right = np.array([c * y0[0] + s * y0[1], c * y0[1] - s * y0[0]])
-    assert np.max(np.abs(sol.y[-1] - right)) <= 3e-7 * max(np.max(np.abs(y0)), 0.0)
+    states = ([0.0, 0.0], [1.0, 0.0], [1e-200, 0.0], [1e200, 1e200])
+    for y0, end in [*((y, 7.0) for y in states), *(([1.0, 0.5], t) for t in (1e-30, 1e-8, 0.01))]:
+        sol = gi.solve(SWING, y0, t_end=end, method=method, **CHOSEN)
+        c, s = math.cos(end), math.sin(end)
+        right = np.array([c * y0[0] + s * y0[1], c * y0[1] - s * y0[0]])
+        assert np.max(np.abs(sol.y[-1] - right)) <= 3e-7 * np.max(np.abs(y0))
 
 
-@pytest.mark.parametrize("end", [1e-30, 1e-8, 0.01])
-def test_runs_shorter_than_any_step(end: float) -> None:
-    for name in ("gauss-8", "rk-4", "dop853-adaptive"):
-        sol = gi.solve(
-            OSCILLATOR, [1.0, 0.5], t_end=end, method=name, tolerance=1e-9, progress=False
-        )
-        right = [math.cos(end) + 0.5 * math.sin(end), 0.5 * math.cos(end) - math.sin(end)]
-        np.testing.assert_allclose(sol.y[-1], right, rtol=0, atol=1e-9)
+def growing(p: Any, t: Any, y: Any) -> Any:
+    return p[0] * y[0]
 
 
-@gi.field
-def growing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = params[0] * y[0]
+def of_its_inverse(p: Any, t: Any, y: Any) -> Any:
+    return p[0] / y[0]
 
 
-@gi.field
-def of_its_inverse(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = params[0] / y[0]
-
-
-@gi.field
-def of_time(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = params[0] * gi.sqrt(t)
+def of_time(p: Any, t: Any, y: Any) -> Any:
+    return p[0] * gi.sqrt(t - p[1])
 
 
 @np.errstate(all="ignore")
-def closed(field: Any, rate: float, y: float, t: float) -> float:
+def closed(rate_of: Any, rate: float, y: float, t: float) -> float:
     found = {
         growing: y * np.exp(np.float64(rate) * t),
         of_its_inverse: np.hypot(y, np.sqrt(2.0 * np.float64(rate) * t)),
         of_time: y + np.float64(rate) * t * np.sqrt(t) * 2.0 / 3.0,
     }
-    return float(found[field])
+    return float(found[rate_of])
 
 
 BAD_SCALES = [
-    (growing, -2.0, 1.0, 1e100),
-    (growing, -2.0, 1.0, 1e300),
-    (growing, 1e300, 1e-200, 1e50),
-    (growing, -1e-300, 1e200, 1e-200),
-    (growing, 1.0, 5e-324, 1e-300),
-    (of_its_inverse, 1e50, 1e6, 2.0),
-    (of_its_inverse, 1e300, 10.0, 1e300),
-    (of_its_inverse, 1e-300, 1e200, 1e300),
-    (of_time, 1e-10, -1.0, 1.7e308),
-    (of_time, 2.0, 1.0, 1e-200),
-    (of_time, 0.3, -1e300, 1.0),
+    *((growing, -2.0, 1.0, 1e100), (growing, -2.0, 1.0, 1e300), (growing, 1e300, 1e-200, 1e50)),
+    *((growing, -1e-300, 1e200, 1e-200), (growing, 1.0, 5e-324, 1e-300)),
+    *((of_its_inverse, 1e50, 1e6, 2.0), (of_its_inverse, 1e300, 10.0, 1e300)),
+    *((of_its_inverse, 1e-300, 1e200, 1e300), (of_time, 1e-10, -1.0, 1.7e308)),
+    *((of_time, 2.0, 1.0, 1e-200), (of_time, 0.3, -1e300, 1.0)),
 ]
+SCALED = {rate: first("scaled", rate, 1.0, 0.0) for rate in (growing, of_its_inverse, of_time)}
 
 
 @pytest.mark.parametrize("name", ["auto", "gauss-2", "dop853-adaptive"])
-@pytest.mark.parametrize(("field", "rate", "y0", "end"), BAD_SCALES)
-@pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
-def test_bad_scales(name: str, field: Any, rate: float, y0: float, end: float) -> None:
+@pytest.mark.parametrize(("rate_of", "rate", "y0", "end"), BAD_SCALES)
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
+def test_bad_scales(name: str, rate_of: Any, rate: float, y0: float, end: float) -> None:
     """The right value, or a typed error."""
-    problem = gi.Problem("scaled", (("y", 1),), field=field, params=[rate])
+    problem = dataclasses.replace(SCALED[rate_of], params=[rate, 0.0])
     asked: dict[str, Any] = {"method": name, "tolerance": 1e-6, "progress": False}
     try:
         sol = gi.solve(problem, [y0], t_end=end, callback=lambda reached: True, **asked)
     except gi.GeomintError:
         return
-    right = closed(field, rate, y0, sol.tau[-1])
+    right = closed(rate_of, rate, y0, sol.tau[-1])
     assert sol.y[-1, 0] == pytest.approx(right, rel=1e-4, abs=1e-4 * abs(y0))
 
 
-@pytest.mark.parametrize("name", ["auto", "gauss-8", "dop853-adaptive"])
-@pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
+@pytest.mark.parametrize("name", ["auto", "dop853-adaptive"])
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_a_rate_without_derivatives_at_the_first_time(name: str) -> None:
     """y′ = √(t − 1) from t = 1."""
-
-    @gi.field
-    def root(params, t, y, out, work):
-        out[0] = gi.sqrt(t - 1.0)
-
-    problem = gi.Problem("root", (("y", 1),), field=root)
-    sol = gi.solve(problem, [0.0], t0=1.0, t_end=3.0, method=name, tolerance=1e-9, progress=False)
+    problem = dataclasses.replace(SCALED[of_time], params=[1.0, 1.0])
+    asked: dict[str, Any] = {"method": name, "tolerance": 1e-9, "progress": False}
+    sol = gi.solve(problem, [0.0], t0=1.0, t_end=3.0, **asked)
     assert sol.y[-1, 0] == pytest.approx(2.0**2.5 / 3.0, rel=1e-7)
     assert sol.steps < 20_000
 
 
 @pytest.mark.parametrize("name", ["rk-4", "gauss-8"])
-@pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_trials_are_short_however_long_the_run(name: str) -> None:
     """They are calls of compiled code, for whose end Ctrl-C waits; the run is ended at once."""
     asked: dict[str, Any] = {"method": name, "tolerance": 1e-3, "progress": False}
-    sol = gi.solve(OSCILLATOR, [1.0, 0.0], t_end=1e13, callback=lambda reached: True, **asked)
+    sol = gi.solve(SWING, [1.0, 0.0], t_end=1e13, callback=lambda reached: True, **asked)
     assert sol.steps < 1e6
 
 
 # --- auto -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", sorted(builtin_scenes()))
-def test_auto_fits_every_scene(name: str) -> None:
-    scene = gi.load_scene(name)
-    for problem in scene.model.problems.values():
-        for tolerance in (1e-2, 1e-6, 1e-12):
-            method, reason = auto_method(problem, tolerance)
-            method.check_fits(problem, False)
-            assert reason
+def chosen(problem: gi.Problem, y0: Any, tolerance: float) -> gi.Method:
+    """The method of a run of no length, which has a reason."""
+    end = {"tau_end" if problem.time == "tau" else "t_end": 0.0}
+    return gi.solve(problem, y0, **end, method="auto", tolerance=tolerance, compiled=False).method
+
+
+def test_auto_fits_every_scene() -> None:
+    for name in gi.scene_names():
+        model = gi.load_scene(name).model
+        for form, problem in model.problems.items():
+            method = chosen(problem, model.states[form], 1e-6)
+            assert method.needs in problem.forms
 
 
 def test_auto_takes_what_a_problem_has() -> None:
-    p = HAMILTONIZED.problem
+    """Of more stages, or a higher order, for smaller tolerances."""
+    p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state
     for gone in ("field", "splitting", ""):
-        method, _ = auto_method(p, 1e-8)
-        assert method.needs == (gone or "hamiltonian")
-        method.check_fits(p, False)
-        if gone:
-            p = dataclasses.replace(p, **{gone: None})
-    ball = gi.load_scene("ball-3d").problem
-    assert auto_method(dataclasses.replace(ball, field=None), 1e-8)[0].needs == "action"
-
-
-def test_the_table_of_auto_goes_down_to_nothing() -> None:
-    bounds = [least for least, _ in STAGES]
-    assert bounds == sorted(bounds, reverse=True)
-    assert bounds[-1] == 0.0
-    assert [stages for _, stages in STAGES] == sorted(stages for _, stages in STAGES)
+        assert chosen(p, y0, 1e-8).needs == (gone or "hamiltonian")
+        orders = [chosen(p, y0, 10.0**-k).order for k in range(2, 16)]
+        assert orders == sorted(orders)
+        assert orders[0] < orders[-1]
+        p = dataclasses.replace(p, **{gone: None}) if gone else p
+    ball = gi.load_scene("ball-3d")
+    assert chosen(dataclasses.replace(ball.problem, field=None), ball.state, 1e-8).needs == "action"
 
 
 # --- what it says -----------------------------------------------------------------------------------
@@ -282,11 +250,11 @@ def test_the_table_of_auto_goes_down_to_nothing() -> None:
 @pytest.mark.parametrize(
     ("given", "error", "words"),
     [
-        ({"tolerance": 0.0}, gi.DomainError, "tolerance = 0.0"),
+        *(
+            ({"tolerance": x}, gi.DomainError, f"tolerance = {x}")
+            for x in (0.0, 0.1, math.nan, True)
+        ),
         ({"tolerance": 1e-17}, gi.DomainError, "2⁻⁵²"),
-        ({"tolerance": 0.1}, gi.DomainError, "tolerance = 0.1"),
-        ({"tolerance": math.nan}, gi.DomainError, "tolerance = nan"),
-        ({"tolerance": True}, gi.DomainError, "tolerance = True"),
         ({"tolerance": 1e-9, "step": 0.1}, gi.DomainError, "step = 0.1"),
         ({"tolerance": 1e-9, "method": "exact"}, gi.DomainError, "exact flow"),
         ({"method": "auto"}, gi.MethodError, "needs a tolerance"),
@@ -296,96 +264,79 @@ def test_the_table_of_auto_goes_down_to_nothing() -> None:
 )
 def test_what_makes_no_sense(given: dict[str, Any], error: type[Exception], words: str) -> None:
     with pytest.raises(error, match=words):
-        gi.solve(SPHERE.problem, SPHERE.state, **{"t_end": 1.0, **given})
-
-
-def test_a_solution_goes_on_with_the_step_it_has() -> None:
-    given = {"method": "auto", "tolerance": 1e-8, "progress": False}
-    sol = gi.solve(SPHERE.problem, SPHERE.state, t_end=5.0, **given)
-    with pytest.raises(gi.DomainError, match="tolerance = 1e-09: expected nothing"):
-        gi.solve(sol, t_end=9.0, tolerance=1e-9)
-    on = gi.solve(sol, t_end=9.0, progress=False)
-    assert on.step == sol.step
-    assert on.accuracy is None
+        sphere(1.0, **given)
 
 
 def test_below_rounding_is_said() -> None:
     with pytest.warns(gi.GeomintWarning, match="roundings alone make about"):
-        sol = gi.solve(SPHERE.problem, SPHERE.state, t_end=200.0, tolerance=1e-15, progress=False)
-    assert sol.accuracy is not None
-    assert (
-        off(SPHERE.problem, sol.y[-1], SPHERE.problem.exact(SPHERE.state)(np.array([200.0]))[0])
-        < 1e-12
-    )
+        sol = sphere(200.0, tolerance=1e-15)
+    assert off_exact(SPHERE, sol, 200.0) < 1e-12
 
 
-@gi.field
-def quickening(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """An oscillator whose frequency rises from 1 to `params[0]` about time 100."""
+def quickening(p: Any, t: Any, y: Any) -> Any:
+    """An oscillator whose frequency rises from 1 to `p[0]` about time 100."""
     s = 0.01 * t
     s4 = s * s * s * s
-    rate = 1.0 + (params[0] - 1.0) * s4 * s4 / (1.0 + s4 * s4)
-    out[0] = y[1]
-    out[1] = -rate * rate * y[0]
+    rate = 1.0 + (p[0] - 1.0) * s4 * s4 / (1.0 + s4 * s4)
+    return -rate * rate * y[0]
+
+
+def chirp(rate: float) -> gi.Problem:
+    return second("chirp", quickening, rate)
 
 
 @pytest.mark.filterwarnings("ignore:tolerance = 1e-06 may not be met")
 @pytest.mark.parametrize("name", ["gauss-6", "rk-4"])
 def test_a_run_begins_anew_where_the_motion_becomes_faster(name: str) -> None:
     given: dict[str, Any] = {"t_end": 900.0, "method": name, "tolerance": 1e-6, "progress": False}
-    p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[3.0], field=quickening)
-    sol = gi.solve(p, [1.0, 0.0], **given)
-    right = gi.solve(p, [1.0, 0.0], t_end=900.0, step=0.05, progress=False).y[-1]
+    sol = gi.solve(chirp(3.0), [1.0, 0.0], **given)
+    right = gi.solve(chirp(3.0), [1.0, 0.0], t_end=900.0, step=0.05, progress=False).y[-1]
     assert np.abs(sol.y[-1] - right).max() < 2e-5
     assert sol.local_error is not None
     assert sol.local_error.time > 80.0
-    steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
-    once = gi.solve(steady, [1.0, 0.0], **given)
+    once = gi.solve(chirp(1.0), [1.0, 0.0], **given)
     assert once.step > 2.0 * sol.step
 
 
 @gi.field
-def rising_pitch(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    w = 1.0 + params[0] * t
-    out[0] = y[1]
-    out[1] = -w * w * y[0]
+def lorenz(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 10.0 * (y[1] - y[0])
+    out[1] = y[0] * (28.0 - y[2]) - y[1]
+    out[2] = y[0] * y[1] - params[0] * y[2]
 
 
-@gi.field
-def bump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """An oscillator that is 20 times as stiff for a while."""
-    s = 0.5 * (t - 80.0)
-    out[0] = y[1]
-    out[1] = -(1.0 + 20.0 / (1.0 + s * s)) * y[0]
+LORENZ = gi.Problem("lorenz", (("x", 1), ("y", 1), ("z", 1)), params=[8.0 / 3.0], field=lorenz)
 
 
 def test_an_estimated_error_is_no_second_reason_to_warn() -> None:
     """Nor is an error of a piece that turns around measured by what it is there."""
     given: dict[str, Any] = {"tolerance": 1e-6, "estimate_error": True, "progress": False}
-    p = gi.Problem("lorenz", (("x", 1), ("y", 1), ("z", 1)), params=[8.0 / 3.0], field=lorenz)
     with pytest.warns(gi.GeomintWarning, match="by a second run the end errs by about") as told:
-        sol = gi.solve(p, [-5.0, -6.0, 22.0], t_end=60.0, **given)
+        sol = gi.solve(LORENZ, [-5.0, -6.0, 22.0], t_end=60.0, **given)
     assert len(told) == 1
     assert sol.error_estimate is not None
     assert np.abs(sol.error_estimate[-1]).max() > 1e-5
-    steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
     for end in (100.0, 32 * math.pi):
-        gi.solve(steady, [1.0, 0.0], t_end=end, method="rk-4", **given)
+        gi.solve(SWING, [1.0, 0.0], t_end=end, method="rk-4", **given)
 
 
 def test_steps_that_fail_on_the_way_are_shortened() -> None:
-    p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[12.0], field=quickening)
     method = gi.Gauss(8, iteration="fixed-point")
-    sol = gi.solve(p, [1.0, 0.0], t_end=400.0, method=method, tolerance=1e-3, progress=False)
+    given: dict[str, Any] = {"method": method, "tolerance": 1e-3, "progress": False}
+    sol = gi.solve(chirp(12.0), [1.0, 0.0], t_end=400.0, **given)
     assert sol.success
     assert sol.accuracy is not None
     assert any(error is None for _, error in sol.accuracy.trials)  # a step that failed
 
 
+QUICKENING = gi.helper(quickening)
+
+
 @gi.field
 def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     for i in range(0, len(y), 2):
-        quickening(params, t, part(y, i, 2), part(out, i, 2), work)
+        out[i] = 1.0 * y[i + 1]
+        out[i + 1] = QUICKENING(params, t, gi.part(y, i, 2))
 
 
 @pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met", "ignore:steps of ")
@@ -403,11 +354,11 @@ def test_large_states_take_shorter_steps_before_newtons_method(
 ) -> None:
     """Not where a callback has seen the first run, and not of small states: there Newton's is fast."""
     p = gi.Problem("chirps", (("x", 2 * pairs),), params=[rate], field=quickening_pairs)
-    y0 = np.tile([1.0, 0.0], pairs)
     times: list[float] = []
     given: dict[str, Any] = {"t_end": end, "method": gi.Gauss(8), "progress": False}
     callback = (lambda seen: times.append(seen.t)) if called else None
     events = iter(["x[0]"])  # of which the first run takes the last
+    y0 = np.tile([1.0, 0.0], pairs)
     sol = gi.solve(p, y0, tolerance=1e-3, callback=callback, events=events, **given)
     assert sol.success
     assert len(sol.events["x[0]"].t) > 10
@@ -422,60 +373,39 @@ def test_large_states_take_shorter_steps_before_newtons_method(
     assert (on.y == alone.y).all()
 
 
-def test_stretches_of_large_states_are_shorter(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a short run, by the root of the size."""
-    lengths: list[float] = []
-
-    def noting(*given: Any) -> Any:
-        lengths.append(given[4])
-        return stretch(*given)
-
-    monkeypatch.setattr(choose, "stretch", noting)
-    for count in (2, LARGE // 2, 2 * LARGE):
-        p = gi.Problem("chirps", (("x", 2 * count),), params=[1.0], field=quickening_pairs)
-        given: dict[str, Any] = {"t_end": 50.0, "method": gi.Gauss(6), "tolerance": 1e-6}
-        gi.solve(p, np.tile([1.0, 0.0], count), progress=False, **given)
-    assert set(np.round(np.array(lengths) / lengths[0], 6)) == {1.0, 0.5}
-
-
-@gi.field
-def lorenz(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = 10.0 * (y[1] - y[0])
-    out[1] = y[0] * (28.0 - y[2]) - y[1]
-    out[2] = y[0] * y[1] - params[0] * y[2]
-
-
-@pytest.mark.parametrize("end", [40.0, 120.0, 400.0])
+@pytest.mark.parametrize("end", [40.0, 400.0])
 def test_fast_chaos_is_said_however_long_the_run(end: float) -> None:
     """Errors are as large as the motion after a small part of a long run."""
-    p = gi.Problem("lorenz", (("x", 1), ("y", 1), ("z", 1)), params=[8.0 / 3.0], field=lorenz)
     with pytest.warns(gi.GeomintWarning, match="errors of steps grow .* times on the way"):
-        sol = gi.solve(p, [-5.0, -6.0, 22.0], t_end=end, tolerance=1e-9, progress=False)
+        sol = gi.solve(LORENZ, [-5.0, -6.0, 22.0], t_end=end, tolerance=1e-9, progress=False)
     assert sol.end_error is not None
     assert sol.end_error.error > 1e-2
     assert 0.0 < sol.end_error.until < 30.0  # errors grow e-fold in 1.1 of time
 
 
 def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
-
-    p = henon_heiles.problem()
+    """Of energy 1/8, whose largest exponents are 0.05 and 0 (`geomint.lyapunov`)."""
     given: dict[str, Any] = {"t_end": 1500.0, "method": "auto", "tolerance": 1e-8}
-    # Two motions of energy 1/8, whose largest exponents are 0.05 and 0 (`geomint.lyapunov`).
-    wild, tame = (np.array([0.0, y, 0.0, 0.0]) for y in (-0.15, 0.55))
-    for y0 in (wild, tame):
-        y0[2] = math.sqrt(2.0 * (0.125 - 0.5 * y0[1] ** 2 + y0[1] ** 3 / 3.0))
+    wild, tame = (
+        [0.0, y, math.sqrt(2.0 * (0.125 - 0.5 * y**2 + y**3 / 3.0)), 0.0] for y in (-0.15, 0.55)
+    )
     with pytest.warns(gi.GeomintWarning, match="errors of steps grow .* times on the way"):
-        sol = gi.solve(p, wild, **given, progress=False)
+        sol = gi.solve(henon_heiles.problem(), wild, **given, progress=False)
     assert sol.end_error is not None
     assert sol.end_error.grown > 1e6
-    sol = gi.solve(p, tame, **given, progress=False)
+    sol = gi.solve(henon_heiles.problem(), tame, **given, progress=False)
     assert sol.end_error is not None
     assert sol.end_error.grown < 10.0
 
 
 def test_runs_that_agree_by_chance_are_looked_at() -> None:
     """Both runs resolved nothing, and their ends were 2.6 tolerances apart."""
-    p = gi.Problem("rising", (("y", 2),), params=[1.38428472], field=rising_pitch)
+
+    def rising_pitch(p: Any, t: Any, y: Any) -> Any:
+        w = 1.0 + p[0] * t
+        return -w * w * y[0]
+
+    p = second("rising", rising_pitch, 1.38428472, pieces=(("y", 2),))
     given: dict[str, Any] = {"t_end": 24.74520810609258, "progress": False}
     sol = gi.solve(p, [0.67775478, 1.15880023], method="auto", tolerance=6.306e-4, **given)
     right = gi.solve(p, [0.67775478, 1.15880023], step=1e-3, **given).y[-1]
@@ -497,15 +427,9 @@ def test_trials_go_on_where_errors_drown_in_roundings() -> None:
     assert 180 < sol.steps < 260
 
 
-def test_older_files_are_read() -> None:
-    """They had errors of steps among the numbers."""
-    older = [1e-6, 1e-7, 0.0, [[0.1, None]], None, "fits"]
-    assert Accuracy.read(older) == (1e-6, 1e-7, 0.0, ((0.1, None),), "fits")
-
-
 def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
-    p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state
-    sol = gi.solve(p, y0, tau_end=3000.0, method="auto", tolerance=1e-8, progress=False)
+    """Older files had errors of steps among the numbers."""
+    sol = sphere(3000.0, method="auto", tolerance=1e-8)
     assert sol.accuracy is not None
     sol.save(tmp_path / "run.nc")
     loaded = gi.load(tmp_path / "run.nc")
@@ -514,57 +438,48 @@ def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
     known = loaded.provenance["accuracy"]
     assert known["tolerance"] == 1e-8
     assert "8 stages" in known["reason"]
-    plain = gi.solve(p, y0, tau_end=1.0, step=0.1, progress=False)
-    assert plain.provenance["accuracy"] is None
+    assert sphere(1.0, step=0.1).provenance["accuracy"] is None
+    older = [1e-6, 1e-7, 0.0, [[0.1, None]], None, "fits"]
+    assert type(sol.accuracy).read(older) == (1e-6, 1e-7, 0.0, ((0.1, None),), "fits")
 
 
 # --- parts ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_stretch_shows_errors_of_its_coarser_run(sign: float) -> None:
-    p, y0, h = HAMILTONIZED.problem, HAMILTONIZED.state, 0.1
-    method = gi.RungeKutta("rk-4")
-    made = gi.Integrator.of(method, Start(p, y0, 0.0, sign * h, clock=True))
-    made.prepare()
-    found = stretch(made.stepper, Motion(p, y0, 0.0, sign * 500.0), 4, h, 8.0)
-    assert found is not None
-    end = sign * float(found.times[-1])
-    sol = gi.solve(p, y0, tau_end=end, method=method, step=h, progress=False)
-    sizes = sizes_of(p, np.abs(found.states[:, : p.rows]).max(axis=0))
-    error = float(np.max(np.abs(sol.y[-1] - p.exact(y0).at_tau(end)) / sizes))
-    assert found.errors[-1] == pytest.approx(error, rel=0.1)
-
-
-def stretch_of(error: float) -> Stretch:
-    times = np.arange(1.0, 17.0)
-    return Stretch(times, error * times / 16.0, 1.0, np.ones((16, 2)))
-
-
-@pytest.mark.parametrize(
-    ("power", "constant"),  # of power 1 and constant 1e4: more than the changes of all trials away
-    [c for c in itertools.product([1, 2, 4, 8, 16], [1e-6, 1.0, 1e4]) if c != (1, 1e4)],
+@given(
+    *(st.sampled_from([1, 2, 4, 8, 16]), st.sampled_from([1e-6, 1.0, 1e4])),
+    st.sampled_from([1e-3, 0.3, 50.0]),
 )
-@pytest.mark.parametrize("first", [1e-3, 0.3, 50.0])
-def test_a_search_finds_the_setting(power: int, constant: float, first: float) -> None:
+def test_a_search_finds_the_setting(power: int, constant: float, begin: float) -> None:
     """From too small and too large beginnings, through a floor of rounding, and where runs fail."""
 
     def attempt(h: float) -> Trial:
-        error = constant * h**power
-        found = None if error > 0.1 else stretch_of(max(error, 3e-16))
-        return Trial(h, None if found is None else 10.0 * max(error, 3e-16), found)
+        error = max(constant * h**power, 3e-16)
+        shown: Any = SimpleNamespace(work=1.0, errors=np.array([error]))
+        return Trial(h, 10.0 * error, shown) if error <= 0.1 else Trial(h, None)
 
-    goal = 1e-7
-    search = Search(attempt, goal, power, 1e3, False)
-    setting, expected = search.run(first)
-    right = (goal / (10.0 * constant)) ** (1.0 / power)
-    if len(search.trials) < MOST:
+    search = Search(attempt, 1e-7, power, 1e3, False)
+    setting, expected = search.run(begin)
+    if len(search.trials) < 8 and (power, constant) != (1, 1e4):  # else it is too far away
+        right = (1e-7 / (10.0 * constant)) ** (1.0 / power)
         assert setting == pytest.approx(right, rel=0.02)
-        assert expected == pytest.approx(goal, rel=0.1)
+        assert expected == pytest.approx(1e-7, rel=0.1)
 
 
-@pytest.mark.parametrize("radius", [21.3, 27.0, 28.9])
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-10])
+def test_nothing_is_expected_where_no_trial_runs() -> None:
+    search = Search(lambda h: Trial(h, None), 1e-8, 4, 1.0, False)
+    setting, expected = search.run(0.5)
+    assert expected == math.inf
+    assert len(search.trials) == 8
+    assert 0.0 < setting < 0.5
+
+
+SLOWEST = [(27.0, 1e-10), *((r, x) for r in (21.3, 28.9) for x in (1e-6, 1e-10)), (27.0, 1e-6)]
+
+
+@pytest.mark.parametrize(
+    ("radius", "tolerance"), [SLOWEST[0], *(pytest.param(*x, marks=LATE) for x in SLOWEST[1:])]
+)
 def test_motions_that_begin_where_they_are_slowest(radius: float, tolerance: float) -> None:
     """Around a black hole: steps are a hundredth of what the beginning says, and so iterations end."""
     p = schwarzschild.problem()
@@ -582,52 +497,43 @@ def test_states_are_admitted_once_and_calls_repeat() -> None:
         admitted.append(y)
         return y
 
-    problem = dataclasses.replace(OSCILLATOR, admit=admit)
+    problem = dataclasses.replace(SWING, admit=admit)
     given: dict[str, Any] = {"t_end": 30.0, "method": "auto", "tolerance": 1e-8, "progress": False}
     assert gi.solve(problem, [1.0, 0.5], **given) == gi.solve(problem, [1.0, 0.5], **given)
     assert len(admitted) == 2
-    changed = dataclasses.replace(problem, field=gi.field(quicker))
+    changed = dataclasses.replace(problem, params=swing(4.0).params)
     once, again = (gi.solve(changed, [1.0, 0.5], **given) for _ in range(2))
     assert once == again != gi.solve(problem, [1.0, 0.5], **given)
 
 
-CHAPLYGIN = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
-ACTION = dataclasses.replace(CHAPLYGIN.reduced(), field=None)
-
-
 @pytest.mark.parametrize(
-    ("problem", "asked"),
+    "asked",
     [
-        (CHAPLYGIN.hamiltonized(), {"tau_end": 1.0, "step": 0.1}),
-        (CHAPLYGIN.hamiltonized(), {"tau_end": 1.0, "step": 0.1, "observe": ["energy", "K"]}),
-        (CHAPLYGIN.hamiltonized(), {"t_end": 1.0}),
-        (CHAPLYGIN.hamiltonized(), {"t_end": 20.0, "tolerance": 1e-6}),
-        (
-            CHAPLYGIN.reduced(),
-            {"t_end": 20.0, "tolerance": 1e-6, "method": "dormand-prince-5-adaptive"},
-        ),
-        (CHAPLYGIN.reduced(), {"t_end": 1.0, "step": 0.4, "method": "rk-4"}),
-        (ACTION, {"t_end": 1.0, "method": "cf-4"}),
-        (
-            dataclasses.replace(CHAPLYGIN.hamiltonized(), field=None),
-            {"tau_end": 1.0, "method": "rattle-2"},
-        ),
+        {"tau_end": 1.0, "step": 0.1, "observe": ["energy", "K"]},
+        {"t_end": 20.0, "tolerance": 1e-6},
+        {"t_end": 20.0, "tolerance": 1e-6, "method": "dormand-prince-5-adaptive"},
     ],
-    ids=lambda x: x.name if isinstance(x, gi.Problem) else "-".join(x),
 )
 def test_no_call_evaluates_functions_in_plain_python(
-    problem: gi.Problem, asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """But the checks of the first one: from another state nothing is left to them."""
+    problem = HAMILTONIZED.problem
     gi.solve(problem, problem.random_state(0), **asked, progress=False)
 
-    def call(f: Recorded, *given: Any) -> Any:
+    def call(f: Any, *given: Any) -> Any:
         assert not f.function.__module__.startswith("chaplygin"), f"{f} in plain Python"
         return f.function(*given)
 
     y0 = problem.random_state(1)
-    monkeypatch.setattr(Recorded, "__call__", call)
+    monkeypatch.setattr(type(problem.field), "__call__", call)
     assert gi.solve(problem, y0, **asked, progress=False).success
+
+
+def test_first_steps_of_large_states_have_the_bits_of_plain_python() -> None:
+    problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
+    steps = [gi.solve(problem, y0, t_end=0.0, compiled=c).step for c in (True, False)]
+    assert steps[0] == steps[1]
 
 
 def test_trials_of_other_threads_change_nothing() -> None:
@@ -645,36 +551,3 @@ def test_trials_of_other_threads_change_nothing() -> None:
             assert list(pool.map(step, 8 * states)) == 8 * alone
     finally:
         sys.setswitchinterval(before)
-
-
-def quicker(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[1]
-    out[1] = -4.0 * y[0]
-
-
-def test_compiled_derivatives_have_the_bits_of_plain_ones() -> None:
-    """Those of large states, by which the first step is chosen: the same time, to the bit."""
-    problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
-    compiled = rates_of(problem, y0)
-    for y in (y0, 1.1 * y0, y0[::-1][::-1]):
-        np.testing.assert_array_equal(compiled(problem, y, 0.5), gi.derivative(problem, y))
-    times = [characteristic_time(problem, y0, rate_at=f) for f in (gi.derivative, compiled)]
-    assert times[0] == times[1]
-
-
-def test_nothing_is_expected_where_no_trial_runs() -> None:
-    search = Search(lambda h: Trial(h, None), 1e-8, 4, 1.0, False)
-    setting, expected = search.run(0.5)
-    assert expected == math.inf
-    assert len(search.trials) == MOST
-    assert 0.0 < setting < 0.5
-
-
-def test_how_errors_grow() -> None:
-    t = np.arange(1.0, 21.0)
-    assert extrapolated(t, 3e-9 * t, 1e3, True) == pytest.approx(3e-6)
-    assert extrapolated(t, 3e-9 * t, 1e3, False) == pytest.approx(3e-6)
-    assert extrapolated(t, 1e-9 * t + 1e-9 * t * t, 1e3, False) == pytest.approx(1.001e-3)
-    assert extrapolated(t, 1e-9 * t * t, 20.0, False) == pytest.approx(1e-9 * 300.0, rel=0.3)
-    assert extrapolated(t[:1], 3e-9 * t[:1], 10.0, False) == pytest.approx(3e-8)
-    assert extrapolated(t, 0.0 * t, 10.0, False) == 0.0
