@@ -1,13 +1,19 @@
-"""Motions that tests of runs share: one field for many of them, so that it is compiled once."""
+"""Motions that tests of runs share, each compiled once, and what is promised of default steps."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+import chaplygin as ch
 import geomint as gi
+from geomint.problems.testproblems import henon_heiles, sphere_metric
+from tests.problems import lotka_volterra
 
 Rate = Callable[..., Any]
+PIECES = (("x", 1), ("v", 1))
 
 
 def first(name: str, rate: Rate, *params: float, **more: Any) -> gi.Problem:
@@ -19,9 +25,6 @@ def first(name: str, rate: Rate, *params: float, **more: Any) -> gi.Problem:
         out[0] = known(params, t, y)
 
     return gi.Problem(name, (("x", 1),), params, field=field, **more)
-
-
-PIECES = (("x", 1), ("v", 1))
 
 
 def second(name: str, force: Rate, *params: float, pieces: Any = PIECES, **more: Any) -> gi.Problem:
@@ -39,7 +42,105 @@ def second(name: str, force: Rate, *params: float, pieces: Any = PIECES, **more:
 _SWING = second("swing", lambda p, t, y: p[1] - p[0] * y[0] - p[2] * y[1])
 
 
-def swing(stiffness: float = 1.0, push: float = 0.0, friction: float = 0.0, *more: float) -> Any:
+def swing(
+    stiffness: float = 1.0, push: float = 0.0, friction: float = 0.0, *more: float
+) -> gi.Problem:
     """Return x'' = push − stiffness x − friction x'; further parameters are those of events."""
-    params = [stiffness, push, friction, *more]
-    return gi.Problem("swing", PIECES, params, field=_SWING.field)
+    return gi.Problem("swing", PIECES, [stiffness, push, friction, *more], field=_SWING.field)
+
+
+def _pulsed_force(p: Any, t: Any, y: Any) -> Any:
+    s = (t - p[0]) / p[1]
+    pulse = 1.0 / (1.0 + s * s)
+    pulse = pulse * pulse * pulse * pulse
+    return p[3] * pulse - (1.0 + p[2] * pulse) * y[0]
+
+
+_PULSED = second("pulsed", _pulsed_force, pieces=(("y", 2),))
+
+
+def pulsed(at: float, width: float, stiffer: float, push: float = 0.0) -> gi.Problem:
+    """Return an oscillator that is stiffer, or pushed, at a time, for a time."""
+    return gi.Problem("pulsed", (("y", 2),), [at, width, stiffer, push], field=_PULSED.field)
+
+
+@gi.field
+def kepler(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    r2 = y[0] * y[0] + y[1] * y[1]
+    r3 = r2 * gi.sqrt(r2)
+    out[0], out[1] = 1.0 * y[2], 1.0 * y[3]
+    out[2], out[3] = -params[0] * y[0] / r3, -params[0] * y[1] / r3
+
+
+@gi.field
+def _epidemic(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = -0.5 * y[0] * y[1]
+    out[1] = 0.5 * y[0] * y[1] - 0.1 * y[1]
+    out[2] = 0.1 * y[1]
+
+
+@gi.field
+def _rigid(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = -y[1] * y[2] / 3.0
+    out[1] = y[2] * y[0]
+    out[2] = -y[0] * y[1]
+
+
+@gi.field
+def _hanging(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A spherical pendulum."""
+    force = 9.81 * y[2] - (y[3] * y[3] + y[4] * y[4] + y[5] * y[5])
+    for i in range(3):
+        out[i] = 1.0 * y[3 + i]
+        out[3 + i] = force * y[i]
+    out[5] = out[5] - 9.81
+
+
+@gi.field
+def _turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    s = (t - params[0]) / params[1]
+    push = 1.0 / (1.0 + s * s)
+    out[0] = params[2] * push * push * push * push
+    out[1] = 0.3 * y[0]
+    out[2] = 1.0 + 0.2 * y[1]
+
+
+def turned(at: float, width: float, push: float) -> gi.Problem:
+    """Return a body with angular velocities, that is pushed at a time, for a time."""
+    action = gi.GroupAction(_turning, gi.so3(1))
+    return gi.Problem("turned", (("v", 3),), params=[at, width, push], action=action)
+
+
+KEPLER = gi.Problem("kepler", (("y", 4),), [1.0], field=kepler)
+PENDULUM = gi.Problem("hanging", space=gi.TangentSphere(3, ("q", "v")), field=_hanging)
+APOCENTRE = [1.8, 0.0, 0.0, 1.0 / 3.0]
+METRIC = sphere_metric.problem()
+SPHERE = ch.ChaplyginSphere(a=(0.8, 1.1, 1.5), D=4.0).hamiltonized()
+BALL = ch.ChaplyginSphere.from_moments((1.0, 2.0, 3.0), 1.0, 1.0).classical()
+
+# Where the first state does not show the motion: problem, state, end.
+TRAPS: dict[str, tuple[gi.Problem, Any, float]] = {
+    "far away": (swing(1.0, 100.0), [101.0, 0.0], 100.0),
+    "very far": (swing(1.0, 1e4), [1e4 + 1.0, 0.0], 100.0),
+    "epidemic": (gi.Problem("epidemic", (("y", 3),), field=_epidemic), [0.999, 1e-3, 0.0], 100.0),
+    "apocentre": (KEPLER, APOCENTRE, 64.0),
+    "middle axis": (gi.Problem("rigid", (("y", 3),), field=_rigid), [1e-5, 1.0, 1e-5], 100.0),
+    "lowest point": (PENDULUM, [0.0, 0.0, -1.0, 0.01, 0.0, 0.0], 10.0),
+    "lowest point, slow": (PENDULUM, [0.0, 0.0, -1.0, 1e-5, 0.0, 0.0], 10.0),
+    "lowest point, fast": (PENDULUM, [0.0, 0.0, -1.0, 5.0, 0.0, 0.0], 10.0),
+    "axis": (ch.neumann_problem([1.0, 2.0, 4.0], 10.0), [1.0, 0.0, 0.0, 0.0, 0.01, 0.005], 20.0),
+    "faster later": (pulsed(70.0, 6.0, 440.0), [1.0, 0.0], 100.0),
+}
+REGULAR: dict[str, tuple[gi.Problem, Any, float]] = {
+    "sphere": (SPHERE, SPHERE.random_state(3), 60.0),
+    "ball": (BALL, BALL.random_state(3), 60.0),
+    "lotka-volterra": (lotka_volterra.problem(), np.asarray(lotka_volterra.INITIAL), 60.0),
+    "henon-heiles": (henon_heiles.problem(), np.asarray(henon_heiles.INITIAL), 60.0),
+    "metric": (METRIC, np.asarray(sphere_metric.initial(METRIC)), 60.0),
+}
+
+
+def promised(method: gi.Method) -> float:
+    """Return what each step errs by whose length is not given, as `docs/how-accurate.md` says."""
+    table = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))
+    return method.step_fraction * next(e for order, e in table if method.order >= order)

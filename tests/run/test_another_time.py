@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.run.accuracy import another_time
+from tests.run.motions import kepler
 
 END = 6000.0
 ASKED: dict[str, Any] = {"method": "auto", "tolerance": 1e-9, "progress": False}
-
-
-@gi.field
-def kepler(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    r2 = y[0] * y[0] + y[1] * y[1]
-    r3 = r2 * gi.sqrt(r2)
-    out[0], out[1] = y[2], y[3]
-    out[2], out[3] = -params[0] * y[0] / r3, -params[0] * y[1] / r3
+AT_ONCE = gi.Event("q[1]", terminal=True)  # ends a run whose time alone is looked at
 
 
 @gi.field
@@ -29,34 +21,30 @@ def shaken(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[2] = out[2] + 1e-5 * gi.cos(t)
 
 
-@gi.field
-def pushed_once(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """A pulse in the middle of the run, which is below a rounding at its beginning."""
-    kepler(params, 0.0 * t, y, out, work)
+@gi.helper
+def pulse(t: Any) -> Any:
+    """In the middle of the run; below a rounding at its beginning."""
     d = (t - 3000.0) / 50.0
     d4 = d * d * d * d
-    out[2] = out[2] + 1e-4 / (1.0 + d4 * d4 * d4 * d4)
+    return 1.0 / (1.0 + d4 * d4 * d4 * d4)
+
+
+@gi.field
+def pushed_once(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    kepler(params, 0.0 * t, y, out, work)
+    out[2] = out[2] + 1e-4 * pulse(t)
 
 
 @gi.field
 def with_growth(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    r2 = y[0] * y[0] + y[1] * y[1]
-    r3 = r2 * gi.sqrt(r2)
-    out[0], out[1] = y[2], y[3]
-    out[2], out[3] = -y[0] / r3, -y[1] / r3
-    out[4] = y[4] * (params[0] + params[1] * y[4])
+    kepler(params, t, y, out, work)
+    out[4] = y[4] * (params[1] + params[2] * y[4])
 
 
 def beside(rate: float, square: float) -> gi.Problem:
     """Return the orbit with a number w beside it: dw/dt = rate w + square w²."""
-    return gi.Problem("beside", (("q", 2), ("v", 2), ("w", 1)), [rate, square], with_growth)
-
-
-@gi.observable
-def late(params: Any, t: Any, y: Any, work: Any) -> Any:
-    d = (t - 3000.0) / 50.0
-    d4 = d * d * d * d
-    return y[0] + 0.1 / (1.0 + d4 * d4 * d4 * d4)
+    pieces = (("q", 2), ("v", 2), ("w", 1))
+    return gi.Problem("beside", pieces, [1.0, rate, square], with_growth)
 
 
 @gi.observable
@@ -65,8 +53,9 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 0.5 * (y[2] * y[2] + y[3] * y[3]) - params[0] / r
 
 
-def orbit(field: Any = kepler) -> gi.Problem:
-    return gi.Problem("orbit", (("q", 2), ("v", 2)), [1.0], field, invariants={"energy": energy})
+def orbit(field: Any = kepler, **more: Any) -> gi.Problem:
+    invariants = {"energy": energy} if field is kepler else {}
+    return gi.Problem("orbit", (("q", 2), ("v", 2)), [1.0], field, invariants=invariants, **more)
 
 
 def start(e: float, side: int) -> np.ndarray:
@@ -84,22 +73,29 @@ def there(e: float, side: int, t: float) -> np.ndarray:
     return np.array([np.cos(u) + e, b * np.sin(u), -np.sin(u) / r, b * np.cos(u) / r])
 
 
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("end", [END, -END])
+def off(found: Any, e: float, side: int, t: float) -> float:
+    """Return the error of a state, relative to the largest numbers of its pieces."""
+    sizes = np.repeat([1.0 + e, np.sqrt((1.0 + e) / (1.0 - e))], 2)
+    return float(np.max(np.abs(found - there(e, side, t)) / sizes))
+
+
+LATE = [pytest.param(*x, marks=pytest.mark.nightly) for x in ((1, END), (-1, END), (1, -END))]
+
+
+@pytest.mark.parametrize(("side", "end"), [(-1, -END), *LATE])
 def test_a_long_uneven_motion(side: int, end: float) -> None:
     e = 0.97
     sol = gi.solve(orbit(), start(e, side), t_end=end, observe=["energy"], **ASKED)
     assert sol.problem.name == "orbit-by-speed"
     assert "another time" in sol.accuracy.reason
     assert sol.t[-1] == end
-    sizes = np.repeat([1.0 + e, np.sqrt((1.0 + e) / (1.0 - e))], 2)
-    error = np.max(np.abs(sol.y[-1] - there(e, side, end)) / sizes)
+    error = off(sol.y[-1], e, side, end)
     assert error < 1e-8
     assert sol.end_error.error > 0.1 * error
     assert sol.drift["energy"].max_abs_error < 1e-11
-    own = gi.solve(orbit(), start(e, side), t_end=end, **{**ASKED, "method": "gauss-8"})
+    own = gi.solve(orbit(), start(e, side), t_end=0.1 * end, **{**ASKED, "method": "gauss-8"})
     assert own.problem.name == "orbit"
-    assert own.iterations > another_time.DEARER * sol.iterations
+    assert 10.0 * own.iterations > 5.0 * sol.iterations  # an iteration is dearer, with σ
 
 
 def test_all_that_may_be_asked_for() -> None:
@@ -123,54 +119,36 @@ def by_time(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] + t
 
 
-@pytest.mark.parametrize(
-    "more",
-    [
-        {"breaks": [1.0]},
-        {"longest": 1.0},
-        {"callback": lambda reached: False},
-        {"observe": {"own": by_time}},
-        {"events": [gi.event(by_time)]},
-        {"method": gi.Gauss(8)},
-        {"t0": 1e9, "t_end": 1e9 + END},
-    ],
-    ids=lambda more: next(iter(more)),
-)
+@gi.observable
+def late(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """What a run that goes on may ask for, where it would be that at t = 0."""
+    return y[0] + 0.1 * pulse(t)
+
+
+OWN: dict[str, tuple[gi.Problem, float, dict[str, Any]]] = {
+    "breaks": (orbit(), 0.95, {"breaks": [1.0]}),
+    "longest": (orbit(), 0.95, {"longest": 1.0}),
+    "callback": (orbit(), 0.95, {"callback": lambda reached: False}),
+    "observed": (orbit(), 0.95, {"observe": {"own": by_time}}),
+    "events": (orbit(), 0.95, {"events": [gi.event(by_time), AT_ONCE]}),
+    "method": (orbit(), 0.95, {"method": gi.Gauss(8)}),
+    "begun late": (orbit(), 0.95, {"t0": 1e9, "t_end": 1e9 + END}),
+    "short": (orbit(), 0.95, {"t_end": 60.0}),
+    "even": (orbit(), 0.3, {"t_end": 10.0 * END}),
+    "by time": (orbit(shaken), 0.95, {}),
+    "by time, later": (orbit(pushed_once), 0.97, {}),
+    "a quantity by time": (orbit(observables={"late": late}), 0.95, {}),
+}
+
+
+@pytest.mark.parametrize("case", OWN)
 @pytest.mark.filterwarnings("ignore::geomint.EndWarning")  # the time alone is looked at
-def test_what_is_asked_for_in_its_own_time_keeps_that(more: dict[str, Any]) -> None:
-    sol = gi.solve(orbit(), start(0.95, -1), **{"t_end": END, **ASKED, **more})
-    assert sol.problem.name == "orbit"
-
-
-@pytest.mark.filterwarnings("ignore::geomint.EndWarning")
-def test_a_quantity_that_names_time_keeps_it() -> None:
-    """It may be asked for by a run that goes on, where it would be that at t = 0."""
-    problem = dataclasses.replace(orbit(), observables={"late": late})
-    sol = gi.solve(problem, start(0.95, -1), t_end=2990.0, **ASKED)
-    assert sol.problem.name == "orbit"
-    further = gi.solve(sol, t_end=3000.0, observe=["late"])
-    late_then = further.y[-1, 0] + 0.1
-    drift = further.drift["late"]
-    assert drift.initial + drift.final_error == pytest.approx(late_then, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("field", "e", "end"),
-    [
-        (kepler, 0.95, 60.0),
-        (kepler, 0.3, 60_000.0),
-        (shaken, 0.95, END),
-        (pushed_once, 0.97, END),
-    ],
-    ids=["short", "even", "by time", "by time, later"],
-)
-@pytest.mark.filterwarnings("ignore::geomint.EndWarning")
-def test_motions_that_keep_their_time(field: Any, e: float, end: float) -> None:
-    problem = orbit(field)
-    if field is not kepler:
-        problem = dataclasses.replace(problem, invariants={})
-    sol = gi.solve(problem, start(e, -1), t_end=end, **ASKED)
-    assert sol.problem.name == "orbit"
+def test_what_keeps_its_time(case: str) -> None:
+    """What is asked for in it, or depends on it, and motions that are short or even."""
+    problem, e, more = OWN[case]
+    given: dict[str, Any] = {"t_end": END, "events": AT_ONCE, **ASKED}
+    assert gi.solve(problem, start(e, -1), **{**given, **more}).problem.name == "orbit"
+    assert gi.solve(orbit(), start(0.95, -1), **given).problem.name == "orbit-by-speed"
 
 
 def test_where_no_step_of_its_own_time_serves() -> None:
@@ -179,8 +157,7 @@ def test_where_no_step_of_its_own_time_serves() -> None:
     sol = gi.solve(orbit(), start(e, 1), t_end=end, **ASKED)
     assert sol.problem.name == "orbit-by-speed"
     assert not sol.warnings
-    sizes = np.repeat([1.0 + e, np.sqrt((1.0 + e) / (1.0 - e))], 2)
-    assert np.max(np.abs(sol.y[-1] - there(e, 1, end)) / sizes) < 1e-8
+    assert off(sol.y[-1], e, 1, end) < 1e-8
 
 
 @pytest.mark.parametrize(
@@ -195,15 +172,15 @@ def test_what_makes_no_sense_is_said_of_the_problem(more: dict[str, Any], words:
         gi.solve(orbit(), start(0.95, -1), t_end=END, **more, **ASKED)
 
 
-def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own() -> None:
+@pytest.mark.parametrize("w", [1e-12, pytest.param(1e-3, marks=pytest.mark.nightly)])
+def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own(w: float) -> None:
     """What is tiny at first, and grows, makes σ ever smaller there: 10⁸ steps and more."""
-    problem, e = beside(0.01, -0.01), 0.95
-    for w in (1e-3, 1e-12):
-        sol = gi.solve(problem, [*start(e, -1), w], t_end=END, **ASKED)
-        assert sol.problem.name == ("beside" if w == 1e-12 else "beside-by-speed")
-        assert not sol.warnings
-        assert abs(sol.y[-1, 4] - 1.0) < 1e-9
-        assert np.abs(sol.y[-1, :4] - there(e, -1, END)).max() < 1e-7
+    e = 0.95
+    sol = gi.solve(beside(0.01, -0.01), [*start(e, -1), w], t_end=END, **ASKED)
+    assert sol.problem.name == ("beside" if w == 1e-12 else "beside-by-speed")
+    assert not sol.warnings
+    assert abs(sol.y[-1, 4] - 1.0) < 1e-9
+    assert np.abs(sol.y[-1, :4] - there(e, -1, END)).max() < 1e-7
 
 
 def test_where_the_motion_ends_there_is_the_error_of_its_own_time() -> None:

@@ -12,38 +12,21 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-import chaplygin as ch
 import geomint as gi
-from geomint.run.local_error import DOUBT, promised
 from tests.problems import abc_flow, double_pendulum
-from tests.run.test_local_error import SYSTEMS, epidemic, far, hanging, kepler, plain, rigid
+from tests.run.motions import APOCENTRE, KEPLER, REGULAR, TRAPS, promised, turned
 
-PENDULUM = gi.Problem("hanging", space=gi.TangentSphere(3, ("q", "v")), field=hanging)
-NEUMANN = ch.neumann_problem([1.0, 2.0, 4.0], 10.0)
-DOUBTED = 3.0 * DOUBT  # times what is promised: two measurements, each to a factor of some
-
-
-@gi.field
-def faster(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """An oscillator whose frequency rises late, and falls again."""
-    s = (t - params[0]) / 6.0
-    bump = 1.0 / (1.0 + s * s)
-    w = 1.0 + 20.0 * bump * bump * bump * bump
-    out[0] = y[1]
-    out[1] = -w * w * y[0]
+DOUBTED = 36.0  # times what is promised: two measurements, each to a factor of some
+Way = Callable[[gi.Problem, Any, float, str], float]
 
 
-TRAPS: dict[str, tuple[gi.Problem, list[float], float]] = {
-    "axis": (NEUMANN, [1.0, 0.0, 0.0, 0.0, 0.01, 0.005], 20.0),
-    "lowest point": (PENDULUM, [0.0, 0.0, -1.0, 0.01, 0.0, 0.0], 10.0),
-    "lowest point, fast": (PENDULUM, [0.0, 0.0, -1.0, 5.0, 0.0, 0.0], 10.0),
-    "far away": (plain(far, 2, 100.0), [101.0, 0.0], 100.0),
-    "epidemic": (plain(epidemic, 3), [0.999, 1e-3, 0.0], 100.0),
-    "apocentre": (plain(kepler, 4), [1.8, 0.0, 0.0, 1.0 / 3.0], 64.0),
-    "middle axis": (plain(rigid, 3), [1e-5, 1.0, 1e-5], 100.0),
-    "faster later": (plain(faster, 2, 70.0), [1.0, 0.0], 100.0),
-}
-REGULAR = {name: (*SYSTEMS[name], 60.0) for name in ("sphere", "ball", "lotka-volterra")}
+def ending(problem: gi.Problem, end: float) -> dict[str, Any]:
+    return {"tau_end" if problem.time == "tau" else "t_end": end}
+
+
+def first_of(problem: gi.Problem, row: int = 0) -> str:
+    piece, rows = problem.pieces[0]
+    return f"{piece}[{min(row, rows - 1)}]"
 
 
 def in_a_loop(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
@@ -71,16 +54,16 @@ def in_short_spans(problem: gi.Problem, y0: Any, end: float, method: str) -> flo
 def of_a_copy(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
     motion = gi.Integrator(problem, problem.canonical(y0), method)
     motion.step()
-    state = motion.__getstate__()
     other = gi.Integrator.__new__(gi.Integrator)
-    other.__setstate__(state)
+    other.__setstate__(motion.__getstate__())
     other.propagate_until(end)
     return other.h
 
 
 def of_members(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
-    states, ends = np.array([y0] * 9), {"tau_end" if problem.time == "tau" else "t_end": end}
-    many = gi.solve_ensemble(problem, states, method=method, clock=_clock(problem), **ends)
+    clock = False if problem.time == "tau" else None
+    states = np.array([y0] * 9)
+    many = gi.solve_ensemble(problem, states, method=method, clock=clock, **ending(problem, end))
     assert many.success
     alone = many.single(4)  # to its bits, whether it has begun anew or not
     assert alone.y[-1].tobytes() == many.final[4].tobytes()
@@ -88,67 +71,61 @@ def of_members(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
 
 
 def of_members_at_times(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
-    name = "tau" if problem.time == "tau" else "t"
-    given: dict[str, Any] = {f"{name}_end": end, f"{name}_eval": [0.5 * end, end]}
+    given: dict[str, Any] = {f"{problem.time}_eval": [0.5 * end, end], **ending(problem, end)}
     many = gi.solve_ensemble(problem, np.array([y0] * 3), method=method, **given)
     return end / float(many.steps[1])
 
 
 def of_exponents(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
-    ends = {"tau_end" if problem.time == "tau" else "t_end": end}
-    return end / gi.lyapunov(problem, y0, method=method, count=1, **ends).steps
+    return end / gi.lyapunov(problem, y0, method=method, count=1, **ending(problem, end)).steps
 
 
 def of_sections(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
-    piece, rows = problem.pieces[0]
-    event = f"{piece}[{min(1, rows - 1)}]"
+    event = first_of(problem, 1)
     return gi.poincare_section(problem, y0, event, 10**6, method=method, end=end).step
 
 
-WAYS: list[Callable[[gi.Problem, Any, float, str], float]] = [
-    *(
-        in_a_loop,
-        in_a_call,
-        in_short_spans,
-        of_a_copy,
-        of_members,
-        of_members_at_times,
-        of_exponents,
-        of_sections,
-    )
-]
-
-
-def _clock(problem: gi.Problem) -> bool | None:
-    return False if problem.time == "tau" else None
+WAYS = [in_a_loop, in_a_call, in_short_spans, of_a_copy]
+WAYS += [of_members, of_members_at_times, of_exponents, of_sections]
 
 
 def _error(problem: gi.Problem, y0: Any, end: float, method: str, step: float) -> float:
     """Return what steps err by, over what is promised."""
-    ends = {"tau_end" if problem.time == "tau" else "t_end": end}
+    given: dict[str, Any] = {"clock": False if problem.time == "tau" else None}
     try:
-        sol = gi.solve(problem, y0, method=method, step=step, clock=_clock(problem), **ends)
+        sol = gi.solve(problem, y0, method=method, step=step, **given, **ending(problem, end))
     except gi.StepError:
         return math.inf
     assert sol.local_error is not None
     return sol.local_error.largest / promised(sol.method)
 
 
-# What becomes faster later is seen neither in the first steps of few members nor at their ends; of
-# gauss-8, where Newton's method is compiled, one way is enough.
-TRIED = [
-    (way, case, method)
-    for way in WAYS
-    for case in TRAPS
-    for method in ("gauss-8", "gauss-4", "rk-4", "dop853")
-    if case != "faster later" or way is in_a_loop or (way is not of_members and method != "gauss-8")
-]
+def rows(fast: Callable[..., bool], *tables: Any) -> Any:
+    """Return ways × cases × methods; what is not `fast` runs at night."""
+    late = pytest.mark.nightly
+    every = [(way, case, method) for way in WAYS for case in tables[0] for method in tables[1]]
+    marked = [
+        pytest.param(*one, marks=[late] * (not fast(*one))) for one in every if possible(*one)
+    ]
+    return pytest.mark.parametrize(("way", "case", "method"), marked)
 
 
-@pytest.mark.parametrize(("way", "case", "method"), TRIED)
-def test_no_default_step_errs_by_more_in_silence(
-    way: Callable[..., float], case: str, method: str
-) -> None:
+def possible(way: Way, case: str, method: str) -> bool:
+    """Tell whether it is looked at: what becomes faster later is seen neither in the first steps of
+    few members nor at their ends; of gauss-8, where Newton's method is compiled, one way is enough."""
+    seen = way is not of_members and method != "gauss-8"
+    return case != "faster later" or way is in_a_loop or seen
+
+
+def telling(way: Way, case: str, method: str) -> bool:
+    """Tell whether it is in the fast row: each way, each case, each method."""
+    if method == "rk-4":
+        return case in ("apocentre", "axis") or way in (in_a_call, of_members)
+    return method == "gauss-8" and way is in_a_loop and case in ("epidemic", "lowest point")
+
+
+@rows(telling, TRAPS, ("gauss-8", "gauss-4", "rk-4", "dop853"))
+def test_no_default_step_errs_by_more_in_silence(way: Way, case: str, method: str) -> None:
     problem, y0, end = TRAPS[case]
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -163,12 +140,12 @@ def test_no_default_step_errs_by_more_in_silence(
 
 
 @pytest.mark.filterwarnings("error::geomint.GeomintWarning")
-@pytest.mark.parametrize("method", ["gauss-8", "rk-4", "heun-2"])
-@pytest.mark.parametrize("case", REGULAR)
-@pytest.mark.parametrize("way", WAYS)
-def test_regular_motions_are_told_nothing_of(
-    way: Callable[..., float], case: str, method: str
-) -> None:
+@rows(
+    lambda way, case, method: method == "rk-4" and case != "sphere",
+    ("sphere", "ball", "lotka-volterra"),
+    ("gauss-8", "rk-4", "heun-2"),
+)
+def test_regular_motions_are_told_nothing_of(way: Way, case: str, method: str) -> None:
     problem, y0, end = REGULAR[case]
     step = way(problem, y0, end, method)
     assert step == pytest.approx(abs(gi.Integrator(problem, y0, method).h), rel=0.21)
@@ -176,21 +153,22 @@ def test_regular_motions_are_told_nothing_of(
 
 @pytest.mark.filterwarnings("error::geomint.GeomintWarning")
 def test_a_step_that_is_given_is_taken_as_it_is() -> None:
-    problem, y0, _ = TRAPS["apocentre"]
-    for motion in (
-        gi.Integrator(problem, y0, "rk-4", step=0.1),
-        gi.Integrator(problem, y0, "rk-4"),
-    ):
+    given, chosen = gi.Integrator(KEPLER, APOCENTRE, "rk-4", step=0.1), in_a_step(APOCENTRE)
+    for motion in (given, chosen):
         motion.h = 0.1
         motion.step(200)
-    gi.solve_ensemble(problem, [y0] * 9, t_end=20.0, method="rk-4", step=0.1)
-    gi.lyapunov(problem, y0, t_end=20.0, method="rk-4", step=0.1)
+    run: dict[str, Any] = {"t_end": 20.0, "method": "rk-4", "step": 0.1}
+    gi.solve_ensemble(KEPLER, [APOCENTRE] * 9, **run)
+    gi.lyapunov(KEPLER, APOCENTRE, **run)
+
+
+def in_a_step(y0: Any) -> gi.Integrator:
+    return gi.Integrator(KEPLER, y0, "rk-4")
 
 
 def test_a_new_state_is_another_motion_and_one_warning_is_enough() -> None:
     """From a far state to a near one nothing has jumped; what is too fast is told once."""
-    problem = plain(kepler, 4)
-    motion = gi.Integrator(problem, [1.0, 0.0, 0.0, 1.0], "rk-4")
+    motion = in_a_step([1.0, 0.0, 0.0, 1.0])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for turn in np.linspace(0.0, 6.0, 30):
@@ -204,21 +182,20 @@ def test_a_new_state_is_another_motion_and_one_warning_is_enough() -> None:
         motion.step(2000)
 
 
+@gi.field
+def two(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    for i in range(2):
+        out[i] = 1.0 * y[2 + i]
+        out[2 + i] = params[i] - y[i]
+
+
 @pytest.mark.parametrize("form", [(("y", 4),), (("q", 2), ("p", 2))])
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 def test_the_first_guess_asks_how_fast_rates_turn(form: Any, size: float) -> None:
     """Whatever pieces numbers are in, and whatever the units of length are."""
-
-    @gi.field
-    def two(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = y[2]
-        out[1] = y[3]
-        out[2] = 300.0 * size - y[0]
-        out[3] = 100.0 * size - y[1]
-
-    problem = gi.Problem("two", form, field=two)
-    motion = gi.Integrator(problem, [301.0 * size, 101.0 * size, 0.5 * size, 0.0], "gauss-8")
-    assert 0.1 < motion.h < 4.0
+    problem = gi.Problem("two", form, [300.0 * size, 100.0 * size], field=two)
+    y0 = [301.0 * size, 101.0 * size, 0.5 * size, 0.0]
+    assert 0.1 < gi.Integrator(problem, y0, "gauss-8", compiled=False).h < 4.0
 
 
 def test_scipys_runs_from_tolerances_tell_what_comes_after_the_pilot_run() -> None:
@@ -234,36 +211,47 @@ def test_scipys_runs_from_tolerances_tell_what_comes_after_the_pilot_run() -> No
         solve_ivp(later, (0.0, 500.0), [1.0, 0.0], gi.scipy.RK4, step=0.5)
 
 
-REDUCED = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0).reduced()
 FORMS = {
-    "action": (REDUCED, REDUCED.random_state(1), "rkmk-dop853"),
+    "action": (turned(37.0, 0.05, 0.0), [0.6, 0.0, 0.8], "rkmk-dop853"),
     "hamiltonian": (double_pendulum.problem(), double_pendulum.INITIAL, "lobatto-8"),
     "splitting": (abc_flow.problem(), abc_flow.INITIAL, "verlet-8"),
 }
 
 
+def bare(form: str) -> tuple[gi.Problem, gi.Problem, Any, dict[str, Any], str]:
+    """Return a problem, the same with one form alone, a state, an end, and the default method."""
+    given, y0, name = FORMS[form]
+    gone = dict.fromkeys(("field", "action", "hamiltonian", "splitting"))
+    alone = dataclasses.replace(given, **{**gone, form: getattr(given, form)})
+    return given, alone, y0, ending(given, 2.0), name
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_the_default_method_fits_the_form(form: str) -> None:
-    """In everything that takes a method, where none is named; the motion is that of the field."""
-    given, y0, name = FORMS[form]
-    bare = dict.fromkeys(("field", "action", "hamiltonian", "splitting"))
-    p = dataclasses.replace(given, **{**bare, form: getattr(given, form)})
-    end = {"tau_end" if p.time == "tau" else "t_end": 2.0}
+    """Where none is named; the motion is that of the field."""
+    given, p, y0, end, name = bare(form)
     run = gi.solve(p, y0, **end)
     assert run.method.name == name
-    np.testing.assert_allclose(run.y[-1], gi.solve(given, y0, **end).y[-1], atol=1e-7)
+    right = gi.solve(given, y0, **end, method=None if given.field else "rkmk-4", step=0.01).y[-1]
+    np.testing.assert_allclose(run.y[-1], right, atol=1e-7)
     motion = gi.Integrator(p, y0)
     assert motion.method.name == name
     motion.step()
+    assert gi.poincare_section(p, y0, event=first_of(p), points=1, end=50.0).steps > 0
+    with pytest.raises(gi.FormError, match=r"given as field=f of geomint.Problem"):
+        gi.solve(p, y0, **end, method="gauss-8")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("form", FORMS)
+def test_the_default_method_fits_the_form_everywhere(form: str) -> None:
+    """In everything that takes a method."""
+    _, p, y0, end, _ = bare(form)
+    run = gi.solve(p, y0, **end)
     many = gi.solve_ensemble(p, [y0, y0], **end, workers=1)
     np.testing.assert_allclose(many.final[1], run.y[-1], atol=1e-7)
     assert gi.lyapunov(p, y0, **end, count=1).steps > 0
-    flow = gi.tangent_flow(p, y0, **end)
-    np.testing.assert_allclose(flow.y, run.y[-1], atol=1e-6)
-    piece = p.pieces[0][0]
-    assert gi.poincare_section(p, y0, event=f"{piece}[0]", points=1, end=50.0).steps > 0
-    with pytest.raises(gi.FormError, match=r"given as field=f of geomint.Problem"):
-        gi.solve(p, y0, **end, method="gauss-8")
+    np.testing.assert_allclose(gi.tangent_flow(p, y0, **end).y, run.y[-1], atol=1e-6)
 
 
 @gi.field
@@ -295,9 +283,8 @@ def test_a_default_step_that_fails_is_halved() -> None:
         last.state = [1.0, 0.0, 0.7]
         last.propagate_for(share * last.h)
         np.testing.assert_allclose(np.hypot(*last.state[:2]), 1.0, atol=1e-12)
-    given = gi.Integrator(p, y0, method, step=first)
     with pytest.raises(gi.ConvergenceError):
-        given.propagate_until(5.0)
+        gi.Integrator(p, y0, method, step=first).propagate_until(5.0)
     np.testing.assert_allclose(gi.tangent_flow(p, y0, t_end=5.0, method=method).y, end, atol=1e-6)
     found = gi.sensitivities(p, y0, t_end=5.0, method=method)
     np.testing.assert_allclose(found.y, end, atol=1e-6)
