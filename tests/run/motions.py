@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import signal
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -144,3 +146,17 @@ def promised(method: gi.Method) -> float:
     """Return what each step errs by whose length is not given, as `docs/how-accurate.md` says."""
     table = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))
     return method.step_fraction * next(e for order, e in table if method.order >= order)
+
+
+@contextlib.contextmanager
+def after_a_while(happens: Callable[..., Any]) -> Iterator[None]:
+    """Call something after a tenth of a second of processor time, as Ctrl-C is heeded."""
+    before = [signal.signal(signal.SIGINT, signal.default_int_handler)]
+    before.append(signal.signal(signal.SIGVTALRM, happens))
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0.1)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        for number, handler in zip((signal.SIGINT, signal.SIGVTALRM), before, strict=True):
+            signal.signal(number, handler)

@@ -6,7 +6,6 @@ import contextlib
 import dataclasses
 import math
 import signal
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles, pulsating_body, sphere_metric
 from tests.problems import lotka_volterra, spherical_pendulum
-from tests.run.motions import first, swing
+from tests.run.motions import after_a_while, first, swing
 
 pytestmark = [
     pytest.mark.nojit,
@@ -301,20 +300,6 @@ def test_watching_is_evaluating_the_saved_states() -> None:
 
 def henon(**options: Any) -> gi.Solution:
     return gi.solve(*HENON, step=0.1, method="rk-4", **options)
-
-
-@contextlib.contextmanager
-def after_a_while(happens: Callable[..., Any]) -> Iterator[None]:
-    """Call something after a tenth of a second of processor time, as Ctrl-C is heeded."""
-    before = [signal.signal(signal.SIGINT, signal.default_int_handler)]
-    before.append(signal.signal(signal.SIGVTALRM, happens))
-    signal.setitimer(signal.ITIMER_VIRTUAL, 0.1)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        for number, handler in zip((signal.SIGINT, signal.SIGVTALRM), before, strict=True):
-            signal.signal(number, handler)
 
 
 @pytest.mark.parametrize("given", [{}, {"save_every": 700}, {"observe": "energy"}], ids=str)
