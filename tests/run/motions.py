@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import signal
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -140,6 +141,63 @@ REGULAR: dict[str, tuple[gi.Problem, Any, float]] = {
     "henon-heiles": (henon_heiles.problem(), np.asarray(henon_heiles.INITIAL), 60.0),
     "metric": (METRIC, np.asarray(sphere_metric.initial(METRIC)), 60.0),
 }
+
+
+SPACE = gi.TangentSphere(3, ("q", "p"))
+SWINGING, TURNING = [0.6, 0.0, -0.8, 0.4, 0.9, 0.3], [0.7, -0.4, 1.1, 0.48, 0.6, -0.64]
+
+
+@functools.cache
+def _pushed_forms(push: Rate) -> Any:
+    """Return all forms of a pendulum on the sphere, its energy, and the velocities of a body."""
+    now = gi.helper(push)
+
+    @gi.field
+    def gravity(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+        out[0] = 0.0 * q[0] + 1.5 * now(params, t)
+        out[1] = 0.0 * q[1] - 0.5 * now(params, t)
+        out[2] = 0.0 * q[2] + 1.0
+
+    @gi.field
+    def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+        gravity(params, t, q, dq, work)
+        for i in range(3):
+            dp[i] = 1.0 * p[i]
+
+    @gi.field
+    def field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        x, z = 1.5 * now(params, t), -0.5 * now(params, t)
+        p2 = y[3] * y[3] + y[4] * y[4] + y[5] * y[5]
+        pull = (p2 - x * y[0] - z * y[1] - y[2]) / (y[0] * y[0] + y[1] * y[1] + y[2] * y[2])
+        for i in range(3):
+            out[i] = 1.0 * y[3 + i]
+            out[3 + i] = -pull * y[i]
+        out[3], out[4], out[5] = out[3] - x, out[4] - z, out[5] - 1.0
+
+    @gi.observable
+    def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        height = y[2] + now(params, t) * (1.5 * y[0] - 0.5 * y[1])
+        return 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) + height
+
+    @gi.field
+    def velocities(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        for i in range(3):
+            out[i] = -y[i] / (1.0 + 0.6 * i) - now(params, t) * y[3 + (i + 1) % 3]
+
+    return gravity, gradients, field, energy, velocities
+
+
+def pushed(kind: str, push: Rate, *params: float, **more: Any) -> gi.Problem:
+    """Return a pendulum, one on the sphere with all forms, or a body, with push(params, t)."""
+    gravity, gradients, field, energy, velocities = _pushed_forms(push)
+    if kind == "body":
+        action = gi.GroupAction(velocities, gi.so3(2))
+        return gi.Problem("body", (("m", 3), ("gamma", 3)), params, action=action)
+    if kind == "pendulum":
+        return gi.Problem("pendulum", (("q", 3), ("p", 3)), params, field=field)
+    more |= {"hamiltonian": SPACE.hamiltonian(gradients, separable=True), "field": field}
+    more |= {"splitting": gi.natural_on_sphere(gravity), "invariants": {"energy": energy}}
+    return gi.Problem("sphere", space=SPACE, params=params, **more)
 
 
 def promised(method: gi.Method) -> float:

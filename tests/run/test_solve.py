@@ -312,7 +312,9 @@ def test_an_interrupted_run(given: dict[str, Any]) -> None:
     assert 0 < sol.steps < 10**8
     assert sol.t[-1] == pytest.approx(0.1 * sol.steps)
     assert sol.iterations == sol.steps
-    np.testing.assert_array_equal(sol.y[-1], henon(t_end=float(sol.t[-1])).y[-1])
+    motion = gi.Integrator(*HENON, "rk-4", step=0.1)
+    motion.step(sol.steps)
+    np.testing.assert_array_equal(sol.y[-1], motion.state)
 
 
 @pytest.mark.parametrize(
