@@ -187,8 +187,11 @@ def _pushed_forms(push: Rate) -> Any:
     return gravity, gradients, field, energy, velocities
 
 
-def pushed(kind: str, push: Rate, *params: float, **more: Any) -> gi.Problem:
-    """Return a pendulum, one on the sphere with all forms, or a body, with push(params, t)."""
+def pushed(kind: str, push: Rate, *params: float, kept: bool = False, **more: Any) -> gi.Problem:
+    """Return a pendulum, one on the sphere with all forms, or a body, with push(params, t).
+
+    `kept`: whether the energy is an invariant of the one on the sphere.
+    """
     gravity, gradients, field, energy, velocities = _pushed_forms(push)
     if kind == "body":
         action = gi.GroupAction(velocities, gi.so3(2))
@@ -196,7 +199,8 @@ def pushed(kind: str, push: Rate, *params: float, **more: Any) -> gi.Problem:
     if kind == "pendulum":
         return gi.Problem("pendulum", (("q", 3), ("p", 3)), params, field=field)
     more |= {"hamiltonian": SPACE.hamiltonian(gradients, separable=True), "field": field}
-    more |= {"splitting": gi.natural_on_sphere(gravity), "invariants": {"energy": energy}}
+    more |= {"splitting": gi.natural_on_sphere(gravity)}
+    more |= {"invariants" if kept else "observables": {"energy": energy}}
     return gi.Problem("sphere", space=SPACE, params=params, **more)
 
 

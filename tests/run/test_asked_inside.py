@@ -22,7 +22,7 @@ def problem_of(form: str, begin: float, end: float) -> tuple[gi.Problem, list[fl
     bounds = sorted((begin, end))
     if form == "action":
         return pushed("body", inside, *bounds), TURNING
-    return pushed("sphere", inside, *bounds, measure=gi.Measure()), SWINGING
+    return pushed("sphere", inside, *bounds, kept=True, measure=gi.Measure()), SWINGING
 
 
 def spans() -> list[tuple[float, float, int]]:
