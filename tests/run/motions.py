@@ -20,14 +20,14 @@ PIECES = (("x", 1), ("v", 1))
 
 
 def first(name: str, rate: Rate, *params: float, **more: Any) -> gi.Problem:
-    """Return the motion x' = rate(params, t, y)."""
+    """Return the motion x' = rate(params, t, y) beside a constant: of the size of `second`."""
     known = gi.helper(rate)
 
     @gi.field
     def field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = known(params, t, y)
+        out[0], out[1] = known(params, t, y), 0.0 * y[1]
 
-    return gi.Problem(name, (("x", 1),), params, field=field, **more)
+    return gi.Problem(name, (("x", 1), ("c", 1)), params, field=field, **more)
 
 
 def second(name: str, force: Rate, *params: float, pieces: Any = PIECES, **more: Any) -> gi.Problem:

@@ -38,12 +38,12 @@ def pushed_once(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 @gi.field
 def with_growth(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     kepler(params, t, y, out, work)
-    out[4] = y[4] * (params[1] + params[2] * y[4])
+    out[4], out[5] = y[4] * (params[1] + params[2] * y[4]), 0.0 * y[5]
 
 
 def beside(rate: float, square: float) -> gi.Problem:
-    """Return the orbit with a number w beside it: dw/dt = rate w + square w²."""
-    pieces = (("q", 2), ("v", 2), ("w", 1))
+    """Return the orbit with numbers beside it: dw/dt = rate w + square w², and a constant."""
+    pieces = (("q", 2), ("v", 2), ("w", 1), ("c", 1))
     return gi.Problem("beside", pieces, [1.0, rate, square], with_growth)
 
 
@@ -176,7 +176,7 @@ def test_what_makes_no_sense_is_said_of_the_problem(more: dict[str, Any], words:
 def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own(w: float) -> None:
     """What is tiny at first, and grows, makes σ ever smaller there: 10⁸ steps and more."""
     e = 0.95
-    sol = gi.solve(beside(0.01, -0.01), [*start(e, -1), w], t_end=END, **ASKED)
+    sol = gi.solve(beside(0.01, -0.01), [*start(e, -1), w, 1.0], t_end=END, **ASKED)
     assert sol.problem.name == ("beside" if w == 1e-12 else "beside-by-speed")
     assert not sol.warnings
     assert abs(sol.y[-1, 4] - 1.0) < 1e-9
@@ -185,5 +185,5 @@ def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own(w: float) ->
 
 def test_where_the_motion_ends_there_is_the_error_of_its_own_time() -> None:
     with pytest.raises(gi.StepError) as told:
-        gi.solve(beside(0.0, 1.0), [*start(0.95, -1), 1.0 / 5000.0], t_end=END, **ASKED)
+        gi.solve(beside(0.0, 1.0), [*start(0.95, -1), 1.0 / 5000.0, 1.0], t_end=END, **ASKED)
     assert told.value.t == pytest.approx(5000.0, abs=0.01)

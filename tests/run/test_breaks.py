@@ -192,8 +192,8 @@ def rising(p: Any, t: Any, y: Any) -> Any:
 def test_the_worst_steps_may_end_at_a_break() -> None:
     given: dict[str, Any] = {"method": "rk-4", "step": 0.02}
     rise = first("rise", rising, 1.0)
-    sol = gi.solve(rise, [1.0], t_end=2.0, breaks=[1.0], **given)
-    known = gi.solve(rise, [1.0], t_end=1.0 - 1e-9, **given)
+    sol = gi.solve(rise, [1.0, 1.0], t_end=2.0, breaks=[1.0], **given)
+    known = gi.solve(rise, [1.0, 1.0], t_end=1.0 - 1e-9, **given)
     assert sol.local_error is not None
     assert known.local_error is not None
     assert 0.8 < sol.local_error.time < 1.0
@@ -258,7 +258,7 @@ def test_drifts_are_measured_at_ends() -> None:
 def test_what_is_less_than_a_rounding_adds_up_over_breaks(name: str) -> None:
     creep = first("creep", lambda p, t, y: 1e-16 + 0.0 * y[0])
     given = {"step": 0.25, "breaks": np.arange(0.5, 100.0, 0.5)}
-    sol = gi.solve(creep, [1.0], t_end=100.0, method=name, **given)
+    sol = gi.solve(creep, [1.0, 1.0], t_end=100.0, method=name, **given)
     assert sol.y[-1, 0] - 1.0 == pytest.approx(1e-14, rel=0.05, abs=0.0)
 
 
@@ -288,7 +288,7 @@ def test_a_callback_ends_a_run_in_any_stretch(name: str) -> None:
 def test_what_fails_has_its_part() -> None:
     bad = first("lost", lambda p, t, y: gi.select(t < p[0], 1.0, 1.0 / (t - t)), SWITCH)
     with pytest.raises(gi.NonFiniteError) as caught:
-        gi.solve(bad, [0.0], t_end=END, method="rk-4", step=STEP, breaks=[SWITCH, 1.5])
+        gi.solve(bad, [0.0, 1.0], t_end=END, method="rk-4", step=STEP, breaks=[SWITCH, 1.5])
     partial = caught.value.partial
     assert caught.value.step == partial.steps == math.ceil(SWITCH / STEP)
     assert partial.y[-1, 0] == pytest.approx(SWITCH, abs=1e-15)

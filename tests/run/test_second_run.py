@@ -84,11 +84,11 @@ def test_the_end_is_as_promised(motion: str) -> None:
 def test_the_end_of_motions_with_an_edge(asked: dict[str, Any]) -> None:
     """Up to a pole errors are as promised; a rate that is infinite at the end hides none."""
     pole = first("pole", lambda p, t, y: p[0] * y[0] * y[0], 1.0)
-    sol = gi.solve(pole, [2.0], t_end=0.499, **QUIET, **asked)
+    sol = gi.solve(pole, [2.0, 1.0], t_end=0.499, **QUIET, **asked)
     assert sol.y[-1, 0] == pytest.approx(2.0 / (1.0 - 2.0 * 0.499), rel=3e-6 if asked else 3e-8)
     edge = first("edge", lambda p, t, y: 1.0 / gi.sqrt(p[0] - t) + 0.0 * y[0], 3.0)
     with pytest.warns(gi.GeomintWarning, match="end"):
-        sol = gi.solve(edge, [0.0], t_end=3.0, **QUIET, **asked)
+        sol = gi.solve(edge, [0.0, 1.0], t_end=3.0, **QUIET, **asked)
     assert sol.end_error is not None
     assert sol.end_error.error > 1e-4
     assert sol.end_error.until == 0.0
@@ -224,6 +224,6 @@ def test_steps_that_are_not_stable_are_shortened() -> None:
     length, tolerance = 1.688, 9e-4
     for begin in np.linspace(-2.0, 2.0, 9):
         given: dict[str, Any] = {"t0": begin, "t_end": begin + length, "method": "dop853"}
-        sol = gi.solve(problem, [0.601332], **given, tolerance=tolerance, **QUIET)
+        sol = gi.solve(problem, [0.601332, 1.0], **given, tolerance=tolerance, **QUIET)
         assert abs(sol.y[-1, 0] - math.cos(begin + length)) < 10.0 * tolerance
         assert not sol.warnings
