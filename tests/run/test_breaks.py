@@ -77,8 +77,8 @@ def test_a_run_is_two_runs_joined(name: str, kind: str, sign: float) -> None:
     """So no function has been evaluated on the wrong side, however the switch is written."""
     want, steps = joined(kind, name, sign)
     adaptive = gi.find_method(name).adaptive
-    for at_it in (0.0, 1.0):
-        sol = ended(kind, name, sign, at_it, save_every=1)
+    for at_it, breaks in ((0.0, [SWITCH]), (1.0, [SWITCH, SWITCH + 1e-16, SWITCH])):
+        sol = ended(kind, name, sign, at_it, save_every=1, breaks=breaks)
         assert sol.success
         assert SWITCH in sol.t
         assert sol.steps == steps or adaptive
@@ -86,21 +86,6 @@ def test_a_run_is_two_runs_joined(name: str, kind: str, sign: float) -> None:
         np.testing.assert_allclose(sol.y[-1], want, rtol=0, atol=1e-6 if adaptive else 2e-14)
     without = ended(kind, name, sign, breaks=None)
     assert adaptive or np.abs(without.y[-1] - want).max() > 1e-6
-
-
-@families
-def test_breaks_where_nothing_switches_move_nothing(name: str, kind: str) -> None:
-    """In any order, and some twice: the run ends where the motion does."""
-    given = {"t_end": END, "method": name}
-    step = {} if gi.find_method(name).adaptive else {"step": 0.02}
-    still = problem(kind, NEVER)
-    want = gi.solve(still, STARTS[kind], tolerance=1e-9, **given)
-    breaks = [1.3, 0.4, 0.4, 1.3 + 1e-16, 1.9999]
-    sol = gi.solve(still, STARTS[kind], **given, **step, breaks=breaks, save_every=1)
-    assert {0.4, 1.3, 1.9999} <= {*sol.t.tolist()}
-    assert np.all(np.diff(sol.t) > 0.0)
-    bound = bound_of(name, 1e-1, 1e-3, 1e-4, 1e-5, 1e-6)
-    np.testing.assert_allclose(sol.y[-1], want.y[-1], rtol=0, atol=bound)
 
 
 @few

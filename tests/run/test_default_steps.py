@@ -6,6 +6,7 @@ import dataclasses
 import math
 import warnings
 from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -100,32 +101,34 @@ def _error(problem: gi.Problem, y0: Any, end: float, method: str, step: float) -
     return sol.local_error.largest / promised(sol.method)
 
 
-def rows(fast: Callable[..., bool], *tables: Any) -> Any:
-    """Return ways × cases × methods; what is not `fast` runs at night."""
-    late = pytest.mark.nightly
-    every = [(way, case, method) for way in WAYS for case in tables[0] for method in tables[1]]
-    marked = [
-        pytest.param(*one, marks=[late] * (not fast(*one))) for one in every if possible(*one)
-    ]
-    return pytest.mark.parametrize(("way", "case", "method"), marked)
+LATE = pytest.mark.nightly
+# What becomes faster later is seen neither in the first steps of few members nor at their ends; of
+# gauss-8, where Newton's method is compiled, one way is enough.
+TRIED = [
+    (way, case, method)
+    for way, case, method in product(WAYS, TRAPS, ("gauss-8", "gauss-4", "rk-4", "dop853"))
+    if case != "faster later" or way is in_a_loop or (way is not of_members and method != "gauss-8")
+]
 
 
-def possible(way: Way, case: str, method: str) -> bool:
-    """Tell whether it is looked at: what becomes faster later is seen neither in the first steps of
-    few members nor at their ends; of gauss-8, where Newton's method is compiled, one way is enough."""
-    seen = way is not of_members and method != "gauss-8"
-    return case != "faster later" or way is in_a_loop or seen
+def rows(every: Any, fast: Callable[..., bool]) -> Any:
+    """Return ways, cases and methods as parameters; what is not `fast` runs at night."""
+    marked = (pytest.param(*one, marks=[LATE] * (not fast(*one))) for one in every)
+    return pytest.mark.parametrize(("way", "case", "method"), list(marked))
 
 
 def telling(way: Way, case: str, method: str) -> bool:
-    """Tell whether it is in the fast row: each way, each case, each method."""
+    """Tell whether it is in the fast row: each way, each case, each kind of method."""
     if method == "rk-4":  # exponents and members are compiled for each size
-        one = "axis" if way is of_exponents else "apocentre"
-        return case == one or way is in_a_call
+        return case == ("axis" if way is of_exponents else "apocentre") or way is in_a_call
     return method == "gauss-8" and way is in_a_loop and case in ("epidemic", "lowest point")
 
 
-@rows(telling, TRAPS, ("gauss-8", "gauss-4", "rk-4", "dop853"))
+def regular(way: Way, case: str, method: str) -> bool:
+    return method == "rk-4" and case == ("ball" if way is of_exponents else "lotka-volterra")
+
+
+@rows(TRIED, telling)
 def test_no_default_step_errs_by_more_in_silence(way: Way, case: str, method: str) -> None:
     problem, y0, end = TRAPS[case]
     with warnings.catch_warnings(record=True) as told:
@@ -141,13 +144,7 @@ def test_no_default_step_errs_by_more_in_silence(way: Way, case: str, method: st
 
 
 @pytest.mark.filterwarnings("error::geomint.GeomintWarning")
-@rows(
-    lambda way, case, method: (
-        method == "rk-4" and case == ("ball" if way is of_exponents else "lotka-volterra")
-    ),
-    ("sphere", "ball", "lotka-volterra"),
-    ("gauss-8", "rk-4", "heun-2"),
-)
+@rows(product(WAYS, ("sphere", "ball", "lotka-volterra"), ("gauss-8", "rk-4", "heun-2")), regular)
 def test_regular_motions_are_told_nothing_of(way: Way, case: str, method: str) -> None:
     problem, y0, end = REGULAR[case]
     step = way(problem, y0, end, method)

@@ -1,4 +1,4 @@
-"""Planes of sections, and the boundary that the energy sets; states on a level of the energy."""
+"""Planes of sections, and the boundary that the energy sets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
-from geomint.run.level import states_on_level
 from tests.problems import lotka_volterra
 
 CONTROL, LOTKA = henon_heiles.problem(), lotka_volterra.problem()
@@ -95,8 +94,8 @@ def test_no_boundary(what: str, states: Any) -> None:
 
 def test_points_lie_within() -> None:
     """Where the least energy is more than that of the motions there are no points."""
-    others = states_on_level(SPHERE, Y0, 5, seed=2)
-    found = gi.poincare_section(SPHERE, [Y0, *others], gi.Event("gamma[2]", "up"), 40, step=0.5)
+    states = [Y0, *gi.draw_states(SPHERE, 5, at=Y0, seed=2)]
+    found = gi.poincare_section(SPHERE, states, gi.Event("gamma[2]", "up"), 40, step=0.5)
     assert found.boundary is not None
     for x, y in zip(*found.coordinates(), strict=True):
         i, j = np.searchsorted(found.boundary.x, x), np.searchsorted(found.boundary.y, y)
@@ -121,15 +120,3 @@ def test_the_picture_shows_what_the_energy_allows(problem: gi.Problem, event: st
         allowed = values[some]
         assert low <= allowed[0] < allowed[-1] <= high
         assert high - low < 1.15 * (allowed[-1] - allowed[0])
-
-
-def test_levels() -> None:
-    """None of them; several quantities; from rest; what cannot be kept."""
-    assert states_on_level(SPHERE, Y0, 0).shape == (0, 6)
-    for y in states_on_level(SPHERE, Y0, 3, keep=["energy", "K"]):
-        for name in ("energy", "K"):
-            assert gi.value(SPHERE, name, y) == pytest.approx(gi.value(SPHERE, name, Y0), rel=1e-10)
-    (moved,) = states_on_level(CONTROL, [0.0, 0.0, 1e-8, 0.0], 1)
-    assert gi.value(CONTROL, "energy", moved) == pytest.approx(5e-17, rel=1e-10, abs=0.0)
-    with pytest.raises(gi.DomainError, match="keep"):
-        states_on_level(SPHERE, Y0, 1, keep=["heat"])

@@ -151,26 +151,21 @@ def test_other_methods(method: str) -> None:
     np.testing.assert_allclose(found.tau, truth.events["it"].tau[:6], rtol=0, atol=bound)
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"event": ["gamma[0]", "gamma[1]"]}, "one event"),
-        ({"event": gi.Event("gamma[0]", terminal=True)}, "how many points"),
-        ({"points": 0}, "points"),
-        *(({"end": x}, "end") for x in (math.nan, "x")),
-        ({"states": [[1.0, 2.0]]}, "state"),
-        ({"event": "radius"}, "a component or a quantity"),
-        ({"event": "gamma[-1]"}, r"gamma\[0\] to gamma\[2\]"),
-        *(({"event": x}, "this is conserved") for x in ("energy", gi.Event("norm", level=1.0))),
-        *(({"step": x}, "step") for x in ("x", math.nan, -1.0)),
-        ({"clock": 1}, "clock"),
-        ({"clock": True}, "is physical"),
-        ({"progress": "x"}, "progress"),
-        ({"problem": None}, "a geomint.Problem"),
-    ],
-)
-def test_wrong_input(given: dict[str, Any], said: str) -> None:
+WRONG: list[tuple[str, Any, str]] = [
+    *(("event", ["gamma[0]", "gamma[1]"], "one event"), ("event", "radius", "a component or")),
+    *(("event", "gamma[-1]", r"gamma\[0\] to gamma\[2\]"), ("event", "energy", "is conserved")),
+    ("event", gi.Event("norm", level=1.0), "is conserved"),
+    ("event", gi.Event("gamma[0]", terminal=True), "how many points"),
+    *(("points", 0, "points"), ("end", math.nan, "end"), ("end", "x", "end")),
+    *(("states", [[1.0, 2.0]], "state"), ("step", "x", "step"), ("step", -1.0, "step")),
+    *(("clock", 1, "clock"), ("clock", True, "is physical"), ("progress", "x", "progress")),
+    ("problem", None, "a geomint.Problem"),
+]
+
+
+@pytest.mark.parametrize(("name", "wrong", "said"), WRONG)
+def test_wrong_input(name: str, wrong: Any, said: str) -> None:
     """Typed, before anything is computed."""
     usual = {"problem": SPHERE, "states": Z0, "event": "gamma[0]", "points": 3}
     with pytest.raises(gi.DomainError, match=said):
-        gi.poincare_section(**{**usual, **given})
+        gi.poincare_section(**{**usual, name: wrong})
