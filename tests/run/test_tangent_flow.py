@@ -1,179 +1,258 @@
-"""The derivative of every method's map, against differences of the map itself in many digits."""
+"""The derivative of every method's map, against differences of the map; what integrators carry."""
 
 from __future__ import annotations
 
+import copy
+import dataclasses
+import math
+import pickle
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
-import mpmath as mp
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block
-from geomint.kernels.solve.status import OK
-from geomint.methods.method import Start
-from geomint.methods.stepper import Stepper
 from geomint.run.carried_directions import CarriedDirections
-from tests.families import PROBLEMS, differentiated
+from tests.families import FAMILIES, PROBLEMS, pairs
 
-STEP, STEPS = 0.05, 3
-
-
-def digits(numbers: Any) -> np.ndarray:
-    return np.array([mp.mpf(float(v)) for v in np.ravel(numbers)], dtype=object)
-
-
-def in_digits(stepper: Stepper, params: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return where the steps, and a cut one, lead in 50 digits: the same sources in plain Python."""
-    functions = tuple(f.recorded for f in stepper.functions)
-    work, kept = Block(digits(np.zeros(len(stepper.work)))), digits(np.zeros(len(stepper.memory)))
-    kept[: len(y)] = y
-    given = functions, Block(params), stepper.coefficients, stepper.fractions
-    for t, h, steps in ((0.0, STEP, STEPS), (STEPS * STEP, 0.4 * STEP, 1)):
-        kept[2 * stepper.rows :] = mp.mpf(0)
-        memory = Block(kept)
-        done = stepper.kernel.function(
-            *given, memory, work, stepper.rows, t, h, 0, steps, steps + 1, memory, ()
-        )
-        assert done[0] == OK
-    return kept[: stepper.rows]
+STEP, END = 0.05, 3.4 * 0.05  # the last step is a cut one
+FIXED = [pair for pair in FAMILIES if not gi.find_method(pair[0]).adaptive]
+SYSTEMS = [("verlet-2", "hamiltonized-n3"), ("cf-4", "ball-3d"), ("gauss-2", "control-physical-n4")]
+# Derivatives are compiled for every pair anew: the fast row has one of each kind of equations.
+LOTKA, POLE = ("rk-4", "lotka-volterra"), ("gauss-8", "neumann-at-rest")
+FAST = [LOTKA, POLE, ("cf-4", "pulsating-body"), ("rattle-2", "sphere-metric")]
+HENON, START = PROBLEMS["henon-heiles"]
+J = np.kron([[0.0, 1.0], [-1.0, 0.0]], np.eye(2))
+# What holds states to their manifold, and parameters to what they were made of.
+BOUNDS = dict.fromkeys(("space", "admit", "make_state", "make_random", "make_exact"))
 
 
-SYSTEMS = [("hamiltonized-n3", "verlet-2"), ("ball-3d", "cf-4"), ("control-physical-n4", "gauss-2")]
+def begun(problem: str) -> tuple[gi.Problem, np.ndarray, dict[str, Any]]:
+    """Return a problem without bounds, a state, and the options of a short run."""
+    scene = None if problem in PROBLEMS else gi.load_scene(problem)
+    p, y0 = PROBLEMS[problem] if scene is None else (scene.problem, scene.state)
+    free = dataclasses.replace(p, parameters={}, **BOUNDS)
+    return free, p.canonical(y0), {"tau_end" if p.time == "tau" else "t_end": END, "step": STEP}
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize(("scene", "name"), SYSTEMS)
-@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
-def test_systems_to_rounding(scene: str, name: str) -> None:
-    """Systems whose parameters are tables; they count with some of them, which do not move."""
-    found = gi.load_scene(scene)
-    p = found.problem
-    check(p, p.canonical(found.state), name, p.params != np.round(p.params))
+def limit(at: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Return the derivative at 0: central differences, extrapolated (L. F. Richardson)."""
+    table = [(at(h) - at(-h)) / (2.0 * h) for h in 0.05 / 2.0 ** np.arange(5)]
+    for k in range(1, 5):
+        table = [fine + (fine - coarse) / (4.0**k - 1.0) for coarse, fine in pairwise(table)]
+    return table[0]
 
 
-@differentiated
-def test_to_rounding(name: str, problem: str) -> None:
-    """Along states, off the manifold too, and parameters; the state is that of the run."""
-    p, y0 = PROBLEMS[problem]
-    check(p, p.canonical(y0), name)
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")  # states off the manifold
+@pairs([p for p in FIXED if p[0] != "lobatto-8"] + SYSTEMS, FAST)  # which stays on the manifold
+def test_slopes_are_those_of_the_map(name: str, problem: str) -> None:
+    """By states, off the manifold too, and by parameters; lengths do not matter to the last bit."""
+    p, y0, run = begun(problem)
+    run |= {"method": name}
+    plain = {**run, "clock": False} if p.time == "tau" else run
+    rng = np.random.default_rng(4)
+    u = rng.normal(size=p.rows)
+    v = rng.normal(size=len(p.params)) * (p.params != np.round(p.params))  # some are counts
+
+    def by_state(h: float) -> np.ndarray:
+        return gi.solve(p, y0 + h * u, **plain).y[-1]
+
+    def by_parameters(h: float) -> np.ndarray:
+        return gi.solve(dataclasses.replace(p, params=p.params + h * v), y0, **plain).y[-1]
+
+    given = {"directions": np.array([u, 0.0 * u]).T}
+    if len(v):
+        given["parameters"] = np.array([0.0 * v, v]).T
+    found = gi.tangent_flow(p, y0, **run, **given)
+    np.testing.assert_allclose(found.y, by_state(0.0), rtol=1e-15, atol=1e-15)
+    expected = np.array([limit(by_state), limit(by_parameters)]).T
+    size = np.abs(found.slopes).max()
+    np.testing.assert_allclose(found.slopes, expected, rtol=0, atol=2e-12 * size)
+    lengths = np.array([2.0**700, 2.0**-700])
+    scaled = {name: lengths * moved for name, moved in given.items()}
+    longer = gi.tangent_flow(p, y0, **run, **scaled)
+    np.testing.assert_array_equal(longer.slopes / lengths, found.slopes)
 
 
-def check(p: gi.Problem, y0: np.ndarray, name: str, moving: Any = True) -> None:
-    rng, end = np.random.default_rng(4), (STEPS + 0.4) * STEP
-    stop = {"tau_end" if p.time == "tau" else "t_end": end}
-    clock = {"clock": False} if p.time == "tau" else {}
-    run = gi.solve(p, y0, **stop, **clock, method=name, step=STEP)
-    u, v = rng.normal(size=(p.rows, 3)), (rng.normal(size=(3, len(p.params))) * moving).T
-    u[:, 1] = v[:, 2] = 0.0  # parameters alone; the state alone
-    both = {"parameters": v} if len(v) else {}
-    found = gi.tangent_flow(p, y0, **stop, method=name, step=STEP, directions=u, **both)
-    np.testing.assert_allclose(found.y, run.y[-1], rtol=1e-15, atol=1e-15)
-    by = 2.0 ** np.array([700, -700, 40])
-    both = {name: w * by for name, w in both.items()}
-    longer = gi.tangent_flow(p, y0, **stop, method=name, step=STEP, directions=by * u, **both)
-    np.testing.assert_array_equal(longer.slopes / by, found.slopes)
-    stepper = gi.find_method(name).start(Start(p, y0, 0.0, STEP))
-    with mp.workdps(50):
-        e = mp.mpf(10) ** -20
-        for k in range(3):
-            ends = []
-            for s in (e, -e):
-                params, y = (digits(x) + s * digits(w[:, k]) for x, w in ((p.params, v), (y0, u)))
-                ends.append(in_digits(stepper, params, y))
-            expected = ((ends[0] - ends[1]) / (2 * e)).astype(float)
-            size = np.abs(found.slopes).max()
-            np.testing.assert_allclose(found.slopes[:, k], expected, rtol=0, atol=1e-13 * size)
+GROWN = [POLE, ("rattle-2", "sphere-metric"), ("gauss-3", "henon-heiles")]
+GROWN += [(name, "double-pendulum") for name in ("rattle-4", "lobatto-3", "lobatto-8")]
 
 
-GROWN = ["gauss-3", "gauss-1-suzuki-4", "rattle-2", "rattle-4", "lobatto-3", "lobatto-8"]
-
-
-@pytest.mark.parametrize("name", GROWN)
-def test_slopes_may_grow(name: str) -> None:
+@pairs(GROWN, GROWN[:2])
+def test_slopes_may_grow(name: str, problem: str) -> None:
     """Where they are much larger than the state the state is solved for as it was before."""
-    p, y0 = PROBLEMS["double-pendulum" if name[0] in "rl" else "henon-heiles"]
-    stepper = gi.find_method(name).start(Start(p, p.canonical(y0), 0.0, 0.1))
+    p, y0, _ = begun(problem)
+    stepper = gi.Integrator(p, y0, name, step=0.1).stepper
     y, slopes = [], []
     for grown in (1.0, 2.0**40, 2.0**500):
-        carried = CarriedDirections(stepper, np.eye(p.rows))
+        still = np.zeros((len(p.params), p.rows))
+        carried = CarriedDirections(stepper, np.eye(p.rows), still if len(still) else None)
         for group in carried._groups:
             group.memory[:, 1:] *= grown
         carried.take(0.0, 0.1, 5)
         y.append(carried.state)
         slopes.append(carried.slopes / grown)
-    for k in (1, 2):
-        np.testing.assert_allclose(y[k], y[0], rtol=0.0, atol=1e-14)
-        size = np.abs(slopes[0]).max()
-        np.testing.assert_allclose(slopes[k], slopes[0], rtol=0.0, atol=1e-13 * size)
+    np.testing.assert_allclose(y[1:], [y[0]] * 2, rtol=0.0, atol=1e-14)
+    size = np.abs(slopes[0]).max()
+    np.testing.assert_allclose(slopes[1:], [slopes[0]] * 2, rtol=0.0, atol=1e-13 * size)
 
 
-J = np.kron([[0.0, 1.0], [-1.0, 0.0]], np.eye(2))
-
-
-@pytest.mark.parametrize("name", ["gauss-1", "gauss-3", "gauss-8", "gauss-12", "gauss-1-suzuki-4"])
-@pytest.mark.parametrize("step", [0.05, 0.6])
-@pytest.mark.parametrize("size", [1.0, 0.0, 1e-150])
+@given(
+    st.sampled_from(["gauss-1", "gauss-3", "gauss-8", "gauss-1-suzuki-4"]),
+    st.floats(0.05, 0.6),
+    st.sampled_from([1.0, 0.0, 1e-150]),
+)
 def test_symplectic_to_rounding(name: str, step: float, size: float) -> None:
-    """Of converged equations: at the equilibrium the values need no iteration, and slopes do."""
-    p, y0 = PROBLEMS["henon-heiles"]
-    y0 = size * np.asarray(y0)
-    D = gi.tangent_flow(p, y0, t_end=20 * step, method=name, step=step).slopes
+    """Of converged equations, whatever the tolerance: values at rest need no iteration, slopes do."""
+    run = {"t_end": 20 * step, "step": step}
+    y0, method = size * np.asarray(START), gi.find_method(name)
+    D = gi.tangent_flow(HENON, y0, **run, method=method).slopes
     assert np.abs(D.T @ J @ D - J).max() < 2e-14 * np.abs(D).max() ** 2
-    assert np.abs(D - np.eye(4)).max() > 0.1
-
-
-@pytest.mark.parametrize("base", [gi.Gauss(4), gi.Compose(gi.Gauss(1), "suzuki-4")])
-def test_tolerances_do_not_matter(base: gi.Method) -> None:
-    p, y0 = PROBLEMS["henon-heiles"]
-    coarse = (
-        gi.Gauss(4, iteration_tolerance=1e-6)
-        if isinstance(base, gi.Gauss)
-        else gi.Compose(gi.Gauss(1, iteration_tolerance=1e-6), "suzuki-4")
-    )
-    exact, found = (gi.tangent_flow(p, y0, t_end=2.0, method=m, step=0.2) for m in (base, coarse))
-    np.testing.assert_array_equal(found.slopes, exact.slopes)
-
-
-def test_not_symplectic() -> None:
-    p, y0 = PROBLEMS["henon-heiles"]
-    D = gi.tangent_flow(p, y0, t_end=4.0, method="rk-4", step=0.2).slopes
-    assert np.abs(D.T @ J @ D - J).max() > 1e-5
-
-
-def test_directions() -> None:
-    """More than eight, given ones, one; backwards and from rest."""
-    p = gi.load_scene("hamiltonized-n5").problem
-    y0 = p.random_state(0)
-    assert p.rows > 8
-    whole = gi.tangent_flow(p, y0, tau_end=-0.3, step=0.1, method="rk-4")
-    some = gi.tangent_flow(
-        p, y0, tau_end=-0.3, step=0.1, method="rk-4", directions=np.eye(p.rows)[:, 3:5]
-    )
-    np.testing.assert_array_equal(some.slopes, whole.slopes[:, 3:5])
-    rest = gi.tangent_flow(*PROBLEMS["neumann-at-rest"], t_end=0.5, method="gauss-4", step=0.1)
-    assert np.isfinite(rest.slopes).all()
+    coarse = method.with_options(iteration_tolerance=1e-6)
+    np.testing.assert_array_equal(gi.tangent_flow(HENON, y0, **run, method=coarse).slopes, D)
 
 
 @gi.field
-def swing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[1]
-    out[1] = -y[0]
+def linear(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = params[0] * y[1]
+    out[1] = params[1] * y[0]
 
 
-SWING = gi.Problem("swing", (("q", 1), ("p", 1)), field=swing)
+@gi.observable
+def pace(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 2.0 + y[0] * y[0]
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-310, 1e-160, 1e-150, 1.0, 1e150, 1e300])
-@pytest.mark.parametrize("name", ["rk-4", "dop853", "gauss-2", "gauss-8"])
-def test_lengths_of_directions_do_not_matter(name: str, size: float) -> None:
-    """To the last bit, with states of any size: units are exact powers of two."""
-    lengths = 2.0 ** np.array([-900, -52, 0, 300, 1010])
-    given = np.repeat([[1.0], [0.7]], len(lengths), axis=1)
-    p, y0 = SWING, np.array([size, 0.3 * size])
-    once = gi.tangent_flow(p, y0, t_end=2.0, method=name, step=0.25, directions=given[:, :1])
-    found = gi.tangent_flow(p, y0, t_end=2.0, method=name, step=0.25, directions=given * lengths)
-    np.testing.assert_array_equal(found.slopes / lengths, np.repeat(once.slopes, 5, axis=1))
+SWING = gi.Problem("swing", (("q", 1), ("p", 1)), [1.0, -1.0], field=linear)
+RUNAWAY = dataclasses.replace(SWING, params=[1.0, 1.0])
+
+
+@given(
+    st.sampled_from(["rk-4", "gauss-8"]),
+    st.sampled_from([0.0, 1e-310, 1e-160, 1e-150, 1.0, 1e150, 1e300]),
+    st.lists(st.integers(-900, 1010), min_size=1, max_size=11),
+)
+def test_lengths_of_directions_do_not_matter(name: str, size: float, powers: list[int]) -> None:
+    """To the last bit, with states of any size, forwards and backwards: units are powers of two."""
+    lengths = 2.0 ** np.array(powers)
+    one, end = np.array([[1.0], [0.7]]), 2.0 if len(powers) % 2 else -2.0
+    run = {"t_end": end, "method": name, "step": 0.25}
+    y0 = [size, 0.3 * size]
+    once = gi.tangent_flow(SWING, y0, **run, directions=one)
+    found = gi.tangent_flow(SWING, y0, **run, directions=one * lengths)
+    np.testing.assert_array_equal(found.slopes / lengths, once.slopes.repeat(len(powers), axis=1))
+
+
+@pytest.mark.parametrize("name", ["rk-4", "gauss-8"])
+@pytest.mark.parametrize(("size", "end"), [(0.0, 709.0), (1e100, 471.0)])
+def test_what_overflows(name: str, size: float, end: float) -> None:
+    """Slopes beside a state at rest, and states: no run succeeds with what is no number."""
+    run = {"method": name, "step": 0.5}
+    with pytest.raises(gi.NonFiniteError) as failed:
+        gi.tangent_flow(RUNAWAY, [size, 0.0], t_end=1000.0, **run)
+    assert failed.value.t == pytest.approx(end, rel=0.03)
+    motion = gi.Integrator(RUNAWAY, [size, 0.0], **run, tangents=2)
+    with pytest.raises(gi.NonFiniteError) as stopped:
+        motion.step(2000)
+    assert motion.steps == stopped.value.step == failed.value.step
+    assert np.isfinite([motion.state, *motion.tangents]).all()
+    terms = 5 if name == "rk-4" else 20  # of exp h: what a step of each method has of them
+    grown = motion.steps * math.log(sum(0.5**k / math.factorial(k) for k in range(terms)))
+    np.testing.assert_allclose(np.log(motion.tangents), grown - math.log(2.0), rtol=1e-12)
+
+
+# --- what an integrator carries -------------------------------------------------------------------
+
+
+@pairs(FIXED, [LOTKA, ("gauss-1-suzuki-4", "henon-heiles")])
+def test_an_integrator_carries_the_slopes_of_the_flow(name: str, problem: str) -> None:
+    """After steps, a cut step and a turn; the state's bits are those without directions."""
+    p, y0, _ = begun(problem)
+    end, v = 6.4 * STEP, np.eye(p.rows)[:, :2]
+    motion = gi.Integrator(p, y0, name, step=STEP, tangents=2)
+    plain = gi.Integrator(p, y0, name, step=STEP)
+    for one in (motion, plain):
+        one.step(2)
+        one.propagate_until(end)
+    flow = gi.tangent_flow(p, y0, t_end=end, method=name, step=STEP, directions=v)
+    np.testing.assert_array_equal(motion.state, plain.state)
+    np.testing.assert_allclose(motion.tangents, flow.slopes, rtol=0, atol=1e-14)
+    motion.propagate_until(0.0)
+    if name.startswith("gauss"):  # symmetric, and nothing is projected
+        size = np.abs(flow.slopes).max()
+        np.testing.assert_allclose(motion.tangents, v, rtol=0, atol=1e-4 * size)
+
+
+def test_more_than_eight_and_the_clock() -> None:
+    """Eight at once: those of the ninth on are no others; physical time is one more row."""
+    timed = dataclasses.replace(SWING, time="tau", clock=pace)
+    v = np.random.default_rng(3).normal(size=(2, 11))
+    motion = gi.Integrator(timed, [0.3, 0.4], "rk-4", step=0.25, clock=True, tangents=v)
+    motion.step(8)
+    flow = gi.tangent_flow(SWING, [0.3, 0.4], t_end=2.0, method="rk-4", step=0.25, directions=v)
+    np.testing.assert_allclose(motion.tangents, flow.slopes, rtol=0, atol=1e-14)
+    whole = gi.tangent_flow(SWING, [0.3, 0.4], t_end=2.0, method="rk-4", step=0.25)
+    np.testing.assert_allclose(flow.slopes, whole.slopes @ v, rtol=0, atol=1e-14)
+
+
+def test_a_copy_goes_on_to_the_same_bits() -> None:
+    """Carries, stages and units of derivatives are part of it, of more than eight directions too."""
+    v = np.random.default_rng(3).normal(size=(4, 11))
+    motion = gi.Integrator(HENON, START, "gauss-8", step=0.1, tangents=v)
+    motion.step(1000)
+    others = (copy.copy(motion), copy.deepcopy(motion), pickle.loads(pickle.dumps(motion)))
+    assert np.abs(motion.tangents).max() > 4.0 * np.abs(v).max()
+    for count in (0, 150):
+        for one in others:
+            one.step(count)
+        motion.step(count)
+        for one in others:
+            np.testing.assert_array_equal(one.tangents, motion.tangents)
+
+
+def test_what_is_written() -> None:
+    """Another state, time, step or parameters keep the directions; a reset gives the first ones."""
+    whole = gi.Integrator(HENON, START, "gauss-8", step=0.1, tangents=4)
+    whole.step(6)
+    motion = gi.Integrator(HENON, START, "gauss-8", step=0.1, tangents=4)
+    motion.step(3)
+    before = motion.tangents
+    motion.state, motion.time, motion.h = motion.state, 5.0, 0.1
+    np.testing.assert_array_equal(motion.tangents, before)
+    motion.step(3)
+    np.testing.assert_allclose(motion.tangents, whole.tangents, rtol=0, atol=1e-14)
+    motion.tangents = np.linalg.qr(motion.tangents)[0][:, :3]
+    assert motion.tangents.shape == (4, 3)
+    for one in (motion, pickle.loads(pickle.dumps(motion))):
+        one.reset(0.5 * np.asarray(START), 3.0)
+        np.testing.assert_array_equal(one.tangents, np.eye(4))
+    whole.reset()
+    whole.step(3)
+    np.testing.assert_array_equal(whole.tangents, before)
+    runaway = gi.Integrator(SWING, [0.3, 0.4], "rk-4", step=0.25, tangents=2)
+    runaway.params = RUNAWAY.params
+    runaway.step(8)
+    flow = gi.tangent_flow(RUNAWAY, [0.3, 0.4], t_end=2.0, method="rk-4", step=0.25)
+    np.testing.assert_array_equal(runaway.tangents, flow.slopes)
+
+
+@pairs(
+    [pair for pair in FAMILIES if gi.find_method(pair[0]).adaptive],
+    [("dormand-prince-5-adaptive", "lotka-volterra")],
+)
+def test_steps_of_an_adaptive_run(name: str, problem: str) -> None:
+    """The derivative of its steps as they were taken: near that of the motion."""
+    p, y0, _ = begun(problem)
+    found = gi.tangent_flow(p, y0, t_end=1.3, method=name)
+    fine = gi.tangent_flow(p, y0, t_end=1.3, method="rk-4", step=1.3 / 400)
+    size = np.abs(fine.slopes).max()
+    run = gi.solve(p, y0, t_end=1.3, method=name)
+    np.testing.assert_allclose(found.y, run.y[-1], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(found.slopes, fine.slopes, rtol=0, atol=1e-6 * size)
+    assert np.abs(found.slopes - fine.slopes).max() > 1e-15
 
 
 @gi.field
@@ -181,53 +260,38 @@ def still(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = 0.0 * y[0]
 
 
-def test_wrong_input() -> None:
-    p, y0 = PROBLEMS["henon-heiles"]
-    tau = gi.load_scene("hamiltonized-n3").problem
-    usual = {"problem": p, "y0": y0, "t_end": 1.0, "step": 0.1}
-    fixed = gi.Gauss(8, iteration="fixed-point")
-    for given, kind, said in (
-        ({"problem": 3}, gi.DomainError, "a geomint.Problem"),
-        ({"method": "exact"}, gi.MethodError, "no steps of a given length"),
-        ({"problem": tau, "y0": tau.random_state(0)}, gi.DomainError, "moves with the state"),
-        ({"directions": np.eye(3)}, gi.DomainError, "4 rows"),
-        ({"directions": np.ones(4)}, gi.DomainError, "4 rows"),
-        ({"directions": "x"}, gi.DomainError, "directions"),
-        ({"directions": np.full((4, 1), np.nan)}, gi.DomainError, "directions"),
-        ({"t0": "x"}, gi.DomainError, "t0"),
-        ({"step": 50.0, "t_end": 100.0, "method": fixed}, gi.StepError, "too large"),
-    ):
-        with pytest.raises(kind, match=said):
-            gi.tangent_flow(**{**usual, **given})
-    free = gi.Problem("free", (("x", 1),), field=still)
-    with pytest.raises(gi.DomainError, match="no parameters"):
-        gi.tangent_flow(free, [1.0], t_end=1.0, step=0.1, parameters=np.eye(1))
-    p, y0 = PROBLEMS["neumann"]
-    count, usual = len(p.params), {"problem": p, "y0": y0, "t_end": 1.0, "step": 0.1}
-    for given, said in (
-        ({"parameters": np.eye(count - 1)}, f"{count} rows"),
-        ({"parameters": np.ones(count)}, f"{count} rows"),
-        ({"parameters": np.ones((count, 2)), "directions": np.eye(p.rows)}, "as many as"),
-    ):
-        with pytest.raises(gi.DomainError, match=said):
-            gi.tangent_flow(**{**usual, **given})
+FREE = gi.Problem("free", (("x", 1),), field=still)
+NAN = np.full((4, 1), np.nan)
+TAU = gi.load_scene("hamiltonized-n3")
+LONG = {"step": 50.0, "t_end": 100.0, "method": gi.Gauss(8, iteration="fixed-point")}
+WRONG = [
+    ({"problem": 3}, gi.DomainError, "a geomint.Problem"),
+    ({"method": "exact"}, gi.MethodError, "no steps of a given length"),
+    ({"problem": TAU.problem, "y0": TAU.state}, gi.DomainError, "moves with the state"),
+    *(({"directions": x}, gi.DomainError, "4 rows") for x in (np.eye(3), np.ones(4), "x", NAN)),
+    ({"t0": "x"}, gi.DomainError, "t0"),
+    (LONG, gi.StepError, "too large"),
+    ({"parameters": np.eye(2)}, gi.DomainError, "1 rows"),
+    ({"parameters": np.ones(1)}, gi.DomainError, "1 rows"),
+    ({"parameters": np.ones((1, 2)), "directions": np.eye(4)}, gi.DomainError, "as many as"),
+    ({"problem": FREE, "y0": [1.0], "parameters": np.eye(1)}, gi.DomainError, "no parameters"),
+]
 
 
-@gi.field
-def growing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = params[0] * y[0]
+@pytest.mark.parametrize(("wrong", "kind", "said"), WRONG)
+def test_wrong_input(wrong: dict[str, Any], kind: type[Exception], said: str) -> None:
+    with pytest.raises(kind, match=said):
+        gi.tangent_flow(**{"problem": HENON, "y0": START, "t_end": 1.0, "step": 0.1, **wrong})
 
 
-@pytest.mark.parametrize("name", ["rk-4", "gauss-4"])
-def test_derivatives_that_overflow(name: str) -> None:
-    """A state at rest stays a number when what is next to it does not: no run succeeds with NaN."""
-    problem = gi.Problem("growing", (("x", 1),), [1.0], field=growing)
-    with pytest.raises(gi.NonFiniteError) as failed:
-        gi.tangent_flow(problem, [0.0], t_end=1000.0, method=name, step=0.5)
-    assert failed.value.t == pytest.approx(709.0, abs=10.0)
-    motion = gi.Integrator(problem, [0.0], name, step=0.5, tangents=1)
-    with pytest.raises(gi.NonFiniteError) as stopped:
-        motion.step(2000)
-    assert motion.steps == stopped.value.step == failed.value.step
-    assert np.isfinite(motion.tangents).all()
-    assert motion.tangents > 1e300
+def test_wrong_input_of_integrators() -> None:
+    given = {"problem": HENON, "state": START, "method": "gauss-8", "step": 0.1}
+    for tangents in (0, 5, True, 1.5, np.ones(4), np.ones((3, 1)), "x", NAN):
+        with pytest.raises(gi.DomainError, match="tangents"):
+            gi.Integrator(**given, tangents=tangents)
+    with pytest.raises(gi.DomainError, match="carries none"):
+        _ = gi.Integrator(**given).tangents
+    with pytest.raises(gi.MethodError, match="no steps of a given length"):
+        gi.Integrator(**{**given, "method": "dop853-adaptive"}, tangents=1)
+    with pytest.raises(gi.DomainError, match="compiled"):
+        gi.Integrator(**given, tangents=1, compiled=False)
