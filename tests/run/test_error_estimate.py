@@ -10,15 +10,13 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.compare.reference import integrate_extended
-from geomint.run.error_estimate import error_estimate
-from geomint.scene.load import builtin_scenes
-from tests.families import FAMILIES, PROBLEMS
+from tests.families import FAMILIES, PROBLEMS, pairs
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 
-SPHERE = gi.load_scene("sphere-n3")
+METHODS = ["rk-4", "gauss-2", "dormand-prince-5-adaptive"]
+COARSE = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), rtol=1e-3, atol=1e-3)
 
 
 @gi.field
@@ -28,22 +26,28 @@ def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = (1.0 + 0.5 * t) * y[0]
 
 
+@gi.observable
+def pace(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """So that the angle is the time that goes on evenly."""
+    return (1.0 + 0.5 * t) * (y[0] * y[0] + y[1] * y[1])
+
+
 CIRCLE = gi.Problem("circle", (("z", 2),), field=turning)
+IN_TAU = gi.Problem("circle", (("z", 2),), field=turning, time="tau", clock=pace)
 
 
-def on_circle(t: np.ndarray) -> np.ndarray:
-    angle = t + 0.25 * t * t
+def on_circle(t: np.ndarray, angle: Any = None) -> np.ndarray:
+    angle = t + 0.25 * t * t if angle is None else angle
     return np.column_stack((np.cos(angle), np.sin(angle)))
 
 
-@pytest.mark.parametrize("name", ["rk-4", "gauss-2", "dop853", "dormand-prince-5-adaptive"])
+@pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("end", [5.0, -3.0, 0.33])
 def test_against_the_motion(name: str, end: float) -> None:
     """Of every saved state, with its sign and forwards and backwards, a cut last step included."""
-    step = {} if gi.find_method(name).adaptive else {"step": 0.33 if name == "dop853" else 0.1}
-    sol = gi.solve(
-        CIRCLE, [1.0, 0.0], t_end=end, method=name, **step, save_every=1, estimate_error=True
-    )
+    run = {} if gi.find_method(name).adaptive else {"step": 0.1}
+    run |= {"method": name, "save_every": 1, "estimate_error": True}
+    sol = gi.solve(CIRCLE, [1.0, 0.0], t_end=end, **run)
     error = sol.y - on_circle(sol.t)
     assert sol.error_estimate is not None
     np.testing.assert_array_equal(sol.error_estimate[0], 0.0)
@@ -52,106 +56,93 @@ def test_against_the_motion(name: str, end: float) -> None:
     np.testing.assert_allclose(sol.error_estimate, error, rtol=0, atol=0.4 * size.max())
 
 
-@pytest.mark.parametrize("name", ["rk-4", "gauss-2", "dormand-prince-5-adaptive"])
+@pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.filterwarnings("ignore:step = ")
 def test_states_within_the_first_step(name: str, sign: float) -> None:
     """They are one shorter step from the beginning; so is the end of a run shorter than a step."""
-    adaptive = gi.find_method(name).adaptive
-    chosen: Any = gi.find_method(name)
-    if adaptive:
-        chosen = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), rtol=1e-3, atol=1e-3)
+    chosen = COARSE if gi.find_method(name).adaptive else name
     given = {"method": chosen, "step": 0.4, "estimate_error": True}
     t = sign * np.array([0.05, 0.11, 0.19, 0.2, 0.3, 0.9])
     several = gi.solve(CIRCLE, [1.0, 0.0], t_end=t[-1], t_eval=t, **given)
     one = gi.solve(CIRCLE, [1.0, 0.0], t_end=t[2], **given)
     for sol in (several, one):
-        error = np.linalg.norm(sol.y - on_circle(sol.t), axis=1)
-        assert sol.error_estimate is not None
-        told = np.linalg.norm(sol.error_estimate, axis=1)
-        assert (error > 1e-13).all()
-        np.testing.assert_allclose(told, error, rtol=0.5)
+        error, told = sol.y - on_circle(sol.t), sol.error_estimate
+        assert (np.linalg.norm(error, axis=1) > 1e-13).all()
+        sizes = [np.linalg.norm(each, axis=1) for each in (told, error)]
+        np.testing.assert_allclose(*sizes, rtol=0.5)
     shifted = gi.solve(CIRCLE, [1.0, 0.0], t0=2.0, t_end=2.0 + t[-1], t_eval=2.0 + t, **given)
     assert (np.abs(shifted.error_estimate).max(axis=1) > 1e-13).all()
 
 
-def test_an_interrupted_second_run() -> None:
+def test_an_interrupted_second_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """There is no estimate then, which is told."""
-    sol = gi.solve(CIRCLE, [1.0, 0.0], t_end=1.0, step=0.1)
+    take = gi.Integrator.take
 
-    def again(**options: Any) -> gi.Solution:
-        found = gi.solve(CIRCLE, [1.0, 0.0], **options)
-        found.status = "interrupted"
-        return found
+    def pressed(self: gi.Integrator, *given: Any) -> Any:
+        if self.h < 0.1:
+            raise KeyboardInterrupt
+        return take(self, *given)
 
+    monkeypatch.setattr(gi.Integrator, "take", pressed)
+    run = {"t_end": 1.0, "step": 0.1, "method": "rk-4", "estimate_error": True}
     with pytest.warns(gi.GeomintWarning, match="no error estimate: .* was interrupted"):
-        assert error_estimate(sol, again, 0.0) is None
+        sol = gi.solve(CIRCLE, [1.0, 0.0], **run)
+    assert (sol.status, sol.error_estimate) == ("success", None)
 
 
-def test_early_states_by_a_clock() -> None:
-    """States at physical times of a problem in τ, whose steps are of another length."""
-    scene = gi.load_scene("hamiltonized-n3")
-    given = {"t_end": 0.5, "t_eval": [0.05, 0.1, 0.5], "progress": False}
-    sol = gi.solve(
-        scene.problem, scene.state, method="rk-4", step=0.1, estimate_error=True, **given
-    )
-    fine = gi.solve(scene.problem, scene.state, method="gauss-8", step=0.01, **given)
-    assert sol.tau[0] < 0.05
-    assert sol.error_estimate is not None
-    size = np.abs(sol.y - fine.y).max(axis=1)
-    np.testing.assert_allclose(np.abs(sol.error_estimate).max(axis=1), size, rtol=0.3)
+FEW = [("rk-4", "lotka-volterra"), ("gauss-8", "neumann-at-rest"), ("rattle-2", "sphere-metric")]
+FEW += [("cf-4", "pulsating-body"), ("dormand-prince-5-adaptive", "lotka-volterra")]
 
 
-@pytest.mark.parametrize(("name", "problem"), FAMILIES)
+@pairs(FAMILIES, FEW)
 def test_every_method(name: str, problem: str) -> None:
+    """Within a factor of 10 of how far a run of the same method is that errs hundreds of times less."""
     p, y0 = PROBLEMS[problem]
-    y0, end = p.canonical(y0), 1.5
-    given = {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
-    sol = gi.solve(p, y0, **given, method=name, estimate_error=True)
-    fine = gi.find_method("gauss-8")
-    if p.field is None:
-        truth = gi.solve(p, y0, **given, method=name, step=abs(sol.step_sizes.min) / 16).y[-1]
+    method, run = gi.find_method(name), {"t_end": 1.5}
+    sol = gi.solve(p, y0, **run, method=method, estimate_error=True)
+    if method.adaptive:
+        options = {option: method.options[option] * 1e-3 for option in ("rtol", "atol")}
+        method = method.with_options(**options)
     else:
-        step = fine.default_step(p, y0, end)
-        truth = integrate_extended(p, y0, end, 0.25 * step)[: p.rows].astype(float)
+        run["step"] = sol.step_sizes.min / 16
+    truth = gi.solve(p, y0, **run, method=method).y[-1]
     assert sol.error_estimate is not None
     estimate, error = (float(np.abs(x).max()) for x in (sol.error_estimate[-1], sol.y[-1] - truth))
-    assert 0.1 * (error - 1e-15) < estimate < 10.0 * (error + 1e-15)
+    assert 0.1 * (error - 2e-15) < estimate < 10.0 * (error + 2e-15)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", sorted(builtin_scenes()))
+@pytest.mark.parametrize("name", gi.scene_names())
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_built_in_scenes(name: str) -> None:
     """Within a factor of 10, of the scene's method and of one whose errors are larger."""
     scene = gi.load_scene(name)
-    p, y0, end = scene.problem, scene.problem.canonical(scene.state), 20.0
-    given = {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
-    step = gi.find_method("gauss-8").default_step(p, y0, end)
-    truth = integrate_extended(p, y0, end, 0.25 * step)[: p.rows].astype(float)
+    p, y0 = scene.problem, scene.problem.canonical(scene.state)
+    given = {"tau_end": 20.0, "clock": False} if p.time == "tau" else {"t_end": 20.0}
+    step = gi.find_method("gauss-8").default_step(p, y0, 20.0)
+    truth = gi.solve(p, y0, **given, method="gauss-8", step=0.25 * step).y[-1]
     for method in (scene.method, "rk-4"):
         sol = gi.solve(p, y0, **given, method=method, estimate_error=True)
         assert sol.error_estimate is not None
         estimate = float(np.abs(sol.error_estimate[-1]).max())
         error = float(np.abs(sol.y[-1] - truth).max())
-        assert 0.1 * error < estimate < 10.0 * error
+        assert 0.1 * (error - 1e-13) < estimate < 10.0 * (error + 1e-13)
 
 
 def test_in_physical_time() -> None:
-    """A run to a physical time is compared at physical times, one to τ at τ."""
-    scene = gi.load_scene("hamiltonized-n3")
-    p, y0 = scene.problem, scene.state
-    motion = p.exact(y0)
+    """A run to a physical time is compared at physical times, one to τ at τ; early ones too."""
+    times = np.array([0.05, 2.0, 6.0])
     for given, exact in (
-        ({"t_end": 6.0, "t_eval": [0.0, 2.0, 6.0]}, motion),
-        ({"tau_end": 6.0, "tau_eval": [0.0, 2.0, 6.0]}, motion.at_tau),
+        ({"t_end": 6.0, "t_eval": times}, on_circle(times, angle=times)),
+        ({"tau_end": 6.0, "tau_eval": times}, on_circle(times)),
     ):
-        sol = gi.solve(p, y0, **given, method="rk-4", step=0.05, estimate_error=True)
-        error = sol.y - exact(np.array([0.0, 2.0, 6.0]))
-        assert sol.error_estimate is not None
-        np.testing.assert_allclose(
-            sol.error_estimate, error, rtol=0, atol=0.1 * np.abs(error).max()
-        )
+        run = {"method": "rk-4", "step": 0.1, "estimate_error": True}
+        sol = gi.solve(IN_TAU, [1.0, 0.0], **given, **run)
+        error, told = sol.y - exact, sol.error_estimate
+        np.testing.assert_allclose(told, error, rtol=0, atol=0.1 * np.abs(error).max())
+        sizes = [np.abs(each).max(axis=1) for each in (told, error)]
+        np.testing.assert_allclose(*sizes, rtol=0.3)
 
 
 def test_what_ends_early() -> None:
@@ -178,7 +169,7 @@ def test_kept_in_files(tmp_path: Path) -> None:
     np.testing.assert_array_equal(gi.load(tmp_path / "run.nc").error_estimate, sol.error_estimate)
     data = sol.to_xarray()
     np.testing.assert_array_equal(data["z_error"], sol.error_estimate)
-    plain = gi.solve(CIRCLE, [1.0, 0.0], t_end=2.0, step=0.1)
+    plain = gi.solve(CIRCLE, [1.0, 0.0], t_end=2.0, step=0.1, method="rk-4")
     assert plain.error_estimate is None
     plain.save(tmp_path / "plain.nc")
     assert gi.load(tmp_path / "plain.nc").error_estimate is None
@@ -186,11 +177,12 @@ def test_kept_in_files(tmp_path: Path) -> None:
 
 def test_wrong_input() -> None:
     whole = {"t_end": 1.0, "estimate_error": True}
-    first = gi.solve(CIRCLE, [1.0, 0.0], t_end=0.5)
+    first = gi.solve(CIRCLE, [1.0, 0.0], t_end=0.5, method="rk-4", step=0.1)
     with pytest.raises(gi.DomainError, match="errors from before"):
         gi.solve(first, **whole)
+    scene = gi.load_scene("sphere-n3")
     with pytest.raises(gi.DomainError, match="takes no steps"):
-        gi.solve(SPHERE.problem, SPHERE.state, method="exact", **whole)
+        gi.solve(scene.problem, scene.state, method="exact", **whole)
     with pytest.raises(gi.DomainError, match="estimate_error"):
         gi.solve(CIRCLE, [1.0, 0.0], **{**whole, "estimate_error": "yes"})
 
