@@ -90,11 +90,3 @@ def test_no_more_steps_than_there_are_times(end: dict[str, float], step: float) 
     for own in (end, {"tau_end": end["t_end"]}):
         with pytest.raises(gi.DomainError, match="in fewer than 2⁵³ steps"):
             gi.solve(turning(e=1.0), START, **own, method="rk-4", step=step)
-
-
-def test_a_default_step_that_underflows_to_zero() -> None:
-    """Of a motion as fast as floats go: refused with the advice to give a step."""
-    from geomint.run.timeline import _check_count
-
-    with pytest.raises(gi.DomainError, match="of the default 0: give a step"):
-        _check_count(rate=1.0, span=500.0, size=0.0, given=False)
