@@ -1,8 +1,8 @@
-"""What the tables of this folder share: one number for everything that a result says.
+"""What the tests of this folder share: another value of anything, and all that a result says.
 
-Every table has an entry for every key, option or argument that there is: the names are read off the
-models, commands and signatures themselves, so that a new one without an entry fails. An entry is two
-values of that one thing, all else being equal; what they lead to must differ.
+The names of keys, options and arguments are read off models, commands and signatures. One is changed
+at a time: what it leads to must differ. A value of its own stands in a table only where one of the
+same name or kind does not do.
 """
 
 from __future__ import annotations
@@ -10,71 +10,119 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import geomint as gi
 
-__all__ = ["arguments_of", "called", "methods_of", "said", "seen"]
+__all__ = ["Tables", "another", "arguments_of", "called", "refused", "seen"]
 
 
-def arguments_of(function: Callable[..., Any]) -> set[str]:
-    """Return the names of all arguments of a function or a class."""
-    return set(inspect.signature(function).parameters)
+def arguments_of(function: Callable[..., Any]) -> dict[str, inspect.Parameter]:
+    """Return all arguments of a function, of a class or of its method."""
+    found = dict(inspect.signature(function).parameters)
+    return {name: argument for name, argument in found.items() if name != "self"}
 
 
-def methods_of(kind: type) -> set[str]:
-    """Return the names of the public methods of a class that take arguments."""
-    found = inspect.getmembers(kind, lambda f: inspect.isfunction(f) or inspect.ismethod(f))
-    return {
-        name
-        for name, f in found
-        if not name.startswith("_")
-        and arguments_of(f) - ({"self"} if inspect.isfunction(f) else set())
-    }
+def another(x: Any) -> Any:
+    """Return another value, near to one."""
+    match x:
+        case bool():
+            return not x
+        case int():
+            return x + 1
+        case float():
+            return 1.05 * x or 0.05
+        case np.ndarray():
+            return x * np.where(np.arange(x.size).reshape(x.shape) == 0, 1.05, 1.0)
+        case tuple() | list():
+            return type(x)((another(x[0]), *x[1:]))
+    raise TypeError(
+        f"no value is known that is like {x!r}, but another one: write it into the table"
+    )
 
 
-def called(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:
-    """Return what can be seen of a call's result, or of its typed error.
+class Tables(NamedTuple):
+    """Values by ``"function argument"``, ``"Class argument"`` or ``"argument"``.
 
-    Arguments are given by position where a function takes them so.
+    `pairs` has two values, `near` one that has another one near, `beside` what an argument needs
+    beside it, or in place of another one.
     """
+
+    pairs: Mapping[str, Any]
+    near: Mapping[str, Any]
+    beside: Mapping[str, Mapping[str, Any]] = {}
+
+    def pair(self, name: str, argument: inspect.Parameter) -> Any:
+        """Return two values of an argument, its default first where no other is known."""
+        for owner in (f"{name} ", f"{name.split('.')[0]} ", ""):
+            if (key := f"{owner}{argument.name}") in self.pairs:
+                return self.pairs[key]
+            if key in self.near:
+                return self.near[key], another(self.near[key])
+        assert argument.default is not argument.empty, (
+            f"no table has values of {name} {argument.name}"
+        )
+        return argument.default, another(argument.default)
+
+    def check(
+        self, name: str, call: Callable[..., Any], arguments: Mapping[str, inspect.Parameter]
+    ) -> None:
+        """Fail where an argument changes nothing, or where nothing but refusals can be seen."""
+        needed = [p for p in arguments.values() if p.default is p.empty]
+        base = {p.name: self.pair(name, p)[0] for p in needed}
+        assert repr(called(call, base)) == repr(called(call, base)), f"{name}: two calls differ"
+        for argument in arguments:
+            given = base | dict(self.beside.get(f"{name} {argument}", {}))
+            values = self.pair(name, arguments[argument])
+            one, other = (called(call, {**given, argument: value}) for value in values)
+            assert repr(one) != repr(other), f"{name}: {argument} changes nothing of {one}"
+            assert not refused(one) or not refused(other), f"{name}, {argument}: {one}"
+
+
+def called(call: Callable[..., Any], given: Mapping[str, Any]) -> Any:
+    """Return what can be seen of a call's result, or of its refusal."""
     try:
-        kinds = inspect.signature(function).parameters
-        if all(p.kind is p.POSITIONAL_OR_KEYWORD for p in kinds.values()) and set(kinds) == set(
-            given
-        ):
-            return seen(function(*(given[name] for name in kinds)))
-        return seen(function(**given))
+        return seen(call(**given))
     except gi.GeomintError as error:
-        return ["error", str(error)]
+        return ["refused", str(error)]
+
+
+def refused(result: Any) -> bool:
+    """Tell whether a call ended with an error of its own."""
+    return isinstance(result, list) and result[:1] == ["refused"]
 
 
 def seen(x: Any) -> Any:
     """Return all that can be seen of a result, in a form that `==` compares."""
-    if isinstance(x, gi.Problem):
-        return of_problem(x)
-    if isinstance(x, gi.Solution):
-        return of_solution(x)
-    if isinstance(x, gi.Method):
-        return (x.name, x.order, x.needs, x.step_fraction, x.adaptive, repr(x.options), x.summary)
-    if isinstance(x, np.ndarray):
-        return (x.shape, x.tolist())
-    if isinstance(x, Mapping):
-        return {str(key): seen(item) for key, item in x.items()}
-    if isinstance(x, list | tuple):
-        return [seen(item) for item in x]
+    match x:
+        case gi.Problem():
+            return of_problem(x)
+        case gi.Solution():
+            return of_solution(x)
+        case gi.Method():
+            return [
+                x.name,
+                x.order,
+                x.needs,
+                x.step_fraction,
+                x.adaptive,
+                repr(x.options),
+                x.summary,
+            ]
+        case np.ndarray():
+            return [x.shape, x.tolist()]
+        case Mapping():
+            return {str(key): seen(item) for key, item in x.items()}
+        case list() | tuple():
+            return [seen(item) for item in x]
+        case str() | int() | float() | complex() | None:
+            return x
     if dataclasses.is_dataclass(x) and not isinstance(x, type):
         return {f.name: seen(getattr(x, f.name)) for f in dataclasses.fields(x)}
-    if isinstance(x, str | int | float | complex | bool | None):
-        return x
-    return {name: seen(item) for name, item in sorted(vars(x).items())} if said(x) else None
-
-
-def said(x: Any) -> bool:
-    """Tell whether an object has plain attributes worth comparing."""
-    return not callable(x) and hasattr(x, "__dict__")
+    plain = not callable(x) and hasattr(x, "__dict__")
+    return {name: seen(item) for name, item in sorted(vars(x).items())} if plain else None
 
 
 def of_problem(problem: gi.Problem) -> Any:
@@ -84,19 +132,18 @@ def of_problem(problem: gi.Problem) -> Any:
     except gi.DomainError:
         y = np.linspace(0.3, 0.9, problem.rows)
     rates = gi.derivative(problem, y, 0.4) if problem.field or problem.action else None
-    found = {name: gi.value(problem, f, y, 0.4) for name, f in problem.diagnostics.items()}
-    clock = None if problem.clock is None else gi.value(problem, problem.clock, y, 0.4)
-    density = problem.measure and gi.value(problem, problem.measure.log_density, y)
+    functions = dict(problem.diagnostics)
+    functions |= {"clock": problem.clock} if problem.clock else {}
+    functions |= {"density": problem.measure.log_density} if problem.measure else {}
+    found = {name: gi.value(problem, f, y, 0.4) for name, f in functions.items()}
     data = [problem.name, problem.pieces, problem.params, problem.forms, problem.time]
-    return seen([*data, y, rates, found, clock, density, dict(problem.parameters)])
+    return seen([*data, y, rates, found, dict(problem.parameters)])
 
 
 def of_solution(solution: gi.Solution) -> Any:
     """Return states, drifts and costs, without times that no two runs share."""
     drifts = {name: drift.as_json() for name, drift in solution.drift.items()}
     numbers = [solution.steps, solution.iterations, solution.evaluations, solution.rejected]
-    times = None if solution.physical is None else solution.physical
-    said = [solution.step, solution.status, solution.message]
+    said = [solution.step, solution.status, solution.message, solution.error_estimate]
     beside = [solution.kept and solution.kept.times, solution.t_events, solution.y_events]
-    beside.append(solution.error_estimate)
-    return seen([solution.tau, times, solution.y, drifts, numbers, *said, *beside])
+    return seen([solution.tau, solution.physical, solution.y, drifts, *numbers, *said, *beside])
