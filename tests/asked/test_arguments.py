@@ -300,7 +300,11 @@ def test_every_argument_of_a_problem_does_something() -> None:
     changed = {a: called(stated, {**STATED, a: value}) for a, value in RESTATED.items()}
     changed["time"] = called(stated, {**STATED, "time": "t", "clock": None})
     assert [a for a, found in changed.items() if repr(found) == repr(whole)] == []
-    assert {a for a, found in changed.items() if refused(found)} <= {"action", "hamiltonian", "splitting"}
+    assert {a for a, found in changed.items() if refused(found)} <= {
+        "action",
+        "hamiltonian",
+        "splitting",
+    }
 
 
 def test_methods_of_a_method() -> None:
