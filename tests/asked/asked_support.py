@@ -10,13 +10,13 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 import geomint as gi
 
-__all__ = ["Tables", "another", "arguments_of", "called", "refused", "seen"]
+__all__ = ["another", "arguments_of", "called", "check", "seen"]
 
 
 def arguments_of(function: Callable[..., Any]) -> dict[str, inspect.Parameter]:
@@ -33,52 +33,53 @@ def another(x: Any) -> Any:
         case int():
             return x + 1
         case float():
-            return 1.05 * x or 0.05
+            return 1.05 * x
         case np.ndarray():
-            return x * np.where(np.arange(x.size).reshape(x.shape) == 0, 1.05, 1.0)
+            return 1.05 * x
         case tuple() | list():
-            return type(x)((another(x[0]), *x[1:]))
+            return type(x)(map(another, x))
     raise TypeError(
         f"no value is known that is like {x!r}, but another one: write it into the table"
     )
 
 
-class Tables(NamedTuple):
-    """Values by ``"function argument"``, ``"Class argument"`` or ``"argument"``.
+Values = Mapping[str, Any]
 
-    `pairs` has two values, `near` one that has another one near, `beside` what an argument needs
-    beside it, or in place of another one.
+
+def pair_of(name: str, argument: inspect.Parameter, values: Values) -> Any:
+    """Return two values of an argument, its default first where no other is known."""
+    for key in (f"{name} {argument.name}", argument.name):
+        if key in values:
+            found = values[key]
+            return found if isinstance(found, tuple) else (found, another(found))
+    assert argument.default is not argument.empty, f"no values of {argument.name} of {name}"
+    return argument.default, another(argument.default)
+
+
+def check(
+    name: str,
+    call: Callable[..., Any],
+    arguments: Mapping[str, inspect.Parameter],
+    values: Values,
+    beside: Mapping[str, Values],
+) -> None:
+    """Fail where an argument changes nothing, or where nothing but refusals can be seen.
+
+    Parameters
+    ----------
+    values : mapping
+        By ``"function argument"`` or ``"argument"``: two, as a tuple, or one that has another one near.
+    beside : mapping
+        By ``"function argument"``: what it needs beside it, or in place of another argument.
     """
-
-    pairs: Mapping[str, Any]
-    near: Mapping[str, Any]
-    beside: Mapping[str, Mapping[str, Any]] = {}
-
-    def pair(self, name: str, argument: inspect.Parameter) -> Any:
-        """Return two values of an argument, its default first where no other is known."""
-        for owner in (f"{name} ", f"{name.split('.')[0]} ", ""):
-            if (key := f"{owner}{argument.name}") in self.pairs:
-                return self.pairs[key]
-            if key in self.near:
-                return self.near[key], another(self.near[key])
-        assert argument.default is not argument.empty, (
-            f"no table has values of {name} {argument.name}"
-        )
-        return argument.default, another(argument.default)
-
-    def check(
-        self, name: str, call: Callable[..., Any], arguments: Mapping[str, inspect.Parameter]
-    ) -> None:
-        """Fail where an argument changes nothing, or where nothing but refusals can be seen."""
-        needed = [p for p in arguments.values() if p.default is p.empty]
-        base = {p.name: self.pair(name, p)[0] for p in needed}
-        assert repr(called(call, base)) == repr(called(call, base)), f"{name}: two calls differ"
-        for argument in arguments:
-            given = base | dict(self.beside.get(f"{name} {argument}", {}))
-            values = self.pair(name, arguments[argument])
-            one, other = (called(call, {**given, argument: value}) for value in values)
-            assert repr(one) != repr(other), f"{name}: {argument} changes nothing of {one}"
-            assert not refused(one) or not refused(other), f"{name}, {argument}: {one}"
+    pairs = {a: pair_of(name, p, values) for a, p in arguments.items()}
+    base = {a: pairs[a][0] for a, p in arguments.items() if p.default is p.empty}
+    assert repr(called(call, base)) == repr(called(call, base)), f"{name}: two calls differ"
+    for argument, pair in pairs.items():
+        given = base | dict(beside.get(f"{name} {argument}", {}))
+        one, other = (called(call, {**given, argument: value}) for value in pair)
+        assert repr(one) != repr(other), f"{name}: {argument} changes nothing of {one}"
+        assert not refused(one) or not refused(other), f"{name}, {argument}: {one}"
 
 
 def called(call: Callable[..., Any], given: Mapping[str, Any]) -> Any:

@@ -58,7 +58,7 @@ VALUES = {
     "--event": "gamma[1]", "--direction": "up", "--level": "0.25", "--axes": "gamma[0],K",
     "--vary": "p[0]=2:4:2", "--keep": "energy", "--temperature": "1", "--show": "final:K",
     "--steps": "0.1,0.25", "--reference": "extended", "--moments": "1,2,3", "--a": "1,1.5,1.3",
-    "--d": "5", "--m": "1", "--rho": "1", "--at": "1", "--animate": "a.txt", 
+    "--d": "5", "--m": "1", "--rho": "1", "--at": "1", "--animate": "a.txt",
     "--form": "action", "--out": "taken",
     "run --out": "s.toml",
 }  # fmt: skip
