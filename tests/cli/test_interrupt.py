@@ -1,126 +1,99 @@
-"""Ctrl-C: what was computed is written, exit code 130."""
+"""Ctrl-C, SIGTERM, SIGHUP: what was computed is written, with an exit code of its own."""
 
 import json
+import os
 import resource
 import signal
 import subprocess
 import sys
-import time
+import threading
+from contextlib import contextmanager
 
 import pytest
 
 import geomint as gi
+from geomint.cli import meanwhile, signals
+from geomint.compare import runs as compare
+from tests.cli.calls import invoke
 
-LONG = "1e12"
-CPU_SECONDS = 120
-
-
-def heed_interrupts():
-    """Whoever starts the tests may ignore signals, as shells in the background and nohup do.
-
-    If the tests are killed, what they have started ends soon by itself.
-    """
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_DFL)
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+LONG = ("sphere-n3", "--t-end", "5e7")  # minutes, but no hour: no trial comes before the run
+RUNNING = """
+import sys
+from geomint.cli import main, meanwhile
+meanwhile.WHEN_RUNNING.append(lambda: print("running", flush=True))
+main(sys.argv[1:])
+"""
 
 
-def interrupted(arguments, out, ready, number=signal.SIGINT):
-    """Start a command, send a signal once it integrates, and return (exit code, standard error)."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "geomint", *arguments, "--out", str(out)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=heed_interrupts,
-    )
+@contextmanager
+def handler(number, wanted):
+    """Let a signal do something else: those who start the tests may ignore it."""
+    before = signal.signal(number, wanted)
     try:
-        time.sleep(ready)
-        assert process.poll() is None, process.stderr.read()
-        process.send_signal(number)
-        _, stderr = process.communicate(timeout=60)
+        yield
     finally:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
-    return process.returncode, stderr
+        signal.signal(number, before)
 
 
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory):
-    """Fill the cache of compiled code and return how long a short run takes after that."""
-    out = tmp_path_factory.mktemp("warm")
-    arguments = [sys.executable, "-m", "geomint", "drift", "sphere-n3", "--t-end", "5"]
-    for _ in range(2):
-        begun = time.perf_counter()
-        subprocess.run([*arguments, "--out", str(out)], check=True, capture_output=True)
-    return time.perf_counter() - begun
+def interrupted(*arguments, number=signal.SIGINT):
+    """Send a signal to this process once a command integrates; return what it says."""
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), number))
+    meanwhile.WHEN_RUNNING.append(timer.start)
+    usual = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+    with handler(number, usual):
+        result = invoke(*arguments)
+    assert "Traceback" not in result.stderr
+    return result
 
 
-@pytest.mark.nightly
-def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
-    arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG]
-    code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
-    assert code == 130
-    assert "Traceback" not in stderr
+@pytest.mark.usefixtures("blank_pictures")
+@pytest.mark.parametrize("methods", [("gauss-8",), ("gauss-8", "rk-4:0.5")])
+def test_an_interrupted_drift_leaves_a_report(methods, tmp_path):
+    line = ("drift", *LONG, "--methods", ",".join(methods), "--out", tmp_path)
+    number = {1: signal.SIGINT, 2: signal.SIGHUP}[len(methods)]
+    assert interrupted(*line, number=number).exit_code == {1: 130, 2: 129}[len(methods)]
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "interrupted" in page
+    assert "gauss-8: interrupted." in page
     record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
-    (entry,) = record["methods"].values()
+    entry = record["methods"]["gauss-8"]
     assert record["status"] == entry["run"]["status"] == "interrupted"
     assert entry["run"]["steps"] > 1000
     assert {q["samples"] for q in entry["quantities"].values()} == {entry["run"]["steps"]}
+    for name in methods[1:]:
+        assert record["methods"][name.split(":")[0]]["status"] == "not run"
 
 
-@pytest.mark.nightly
-def test_interrupted_methods_leave_a_report(warm, tmp_path):
-    arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
-    code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
-    assert code == 130
-    assert "Traceback" not in stderr
-    record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
-    assert record["status"] == record["methods"]["gauss-8"]["status"] == "interrupted"
-    assert record["methods"]["gauss-8"]["run"]["steps"] > 1000
-    assert record["methods"]["rk-4"]["status"] == "not run"
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "gauss-8: interrupted." in page
-
-
-@pytest.mark.parametrize(
-    ("number", "expected"),
-    [
-        pytest.param(signal.SIGINT, 130, marks=pytest.mark.nightly),
-        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.nightly),
-        (signal.SIGHUP, 129),
-    ],
-)
-def test_an_interrupted_run_leaves_its_states(warm, tmp_path, number, expected):
-    """SIGTERM and SIGHUP end it as Ctrl-C does."""
+def test_an_interrupted_run_leaves_its_states(tmp_path):
     out = tmp_path / "run.nc"
-    code, stderr = interrupted(
-        ["run", "sphere-n3", "--yes", "--t-end", LONG], out, warm + 2.0, number
-    )
-    assert code == expected
-    assert "Traceback" not in stderr
+    assert interrupted("run", *LONG, "--out", out).exit_code == 130
     saved = gi.load(out)
     assert saved.status == "interrupted"
     assert saved.tau[-1] == pytest.approx(saved.provenance["steps"] * saved.provenance["step"])
 
 
-def test_ctrl_c_does_not_outlive_the_run():
-    before = signal.getsignal(signal.SIGINT)
-    gi.run_scene(gi.load_scene("sphere-n3").changed(time={"t_end": 2.0}), progress=False)
-    assert signal.getsignal(signal.SIGINT) is before
+def test_sigterm_ends_a_process_as_ctrl_c_does(tmp_path):
+    out = tmp_path / "run.nc"
+
+    def heed():
+        """If the tests are killed, what they have started ends soon by itself."""
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        resource.setrlimit(resource.RLIMIT_CPU, (120, 120))
+
+    line = [sys.executable, "-c", RUNNING, "run", *LONG, "--out", str(out)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(line, **pipes, start_new_session=True, preexec_fn=heed) as process:
+        try:
+            assert process.stdout.readline() == "running\n", process.stderr.read()
+            process.send_signal(signal.SIGTERM)
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert (process.returncode, "Traceback" in said) == (143, False)
+    assert gi.load(out).status == "interrupted"
 
 
 def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
     """The points before Ctrl-C, in a report that says so; exit code 130."""
-    from click.testing import CliRunner
-
-    from geomint.cli import main
-    from geomint.compare import runs as compare
-
     attempt, points = compare.attempt, []
 
     def interrupting(*arguments, **options):
@@ -130,39 +103,32 @@ def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
         return points[-1]
 
     monkeypatch.setattr(compare, "attempt", interrupting)
-    arguments = ["compare", "sphere-n3", "--t-end", "5", "--methods", "rk-4,gauss-8"]
-    result = CliRunner().invoke(main, [*arguments, "--repeats", "1", "--out", str(tmp_path)])
+    line = ("compare", "sphere-n3", "--t-end", "5", "--methods", "rk-4,gauss-8", "--repeats", "1")
+    result = invoke(*line, "--reference", "exact", "--out", tmp_path)
     assert result.exit_code == 130
     assert "report (interrupted)" in result.stdout
     record = json.loads((tmp_path / "compare.json").read_text(encoding="utf-8"))
-    assert record["status"] == "interrupted"
-    assert len(record["points"]) == 3
+    assert (record["status"], len(record["points"])) == ("interrupted", 3)
     assert "was interrupted" in (tmp_path / "compare.html").read_text(encoding="utf-8")
 
 
-def test_sigterm_where_ctrl_c_is_ignored():
-    """As in the background of a script: SIGTERM must not go the way of a Ctrl-C that nobody hears."""
-    from geomint.cli.signals import signals_as_ctrl_c
+def test_ctrl_c_does_not_outlive_the_run():
+    before = signal.getsignal(signal.SIGINT)
+    gi.run_scene(gi.load_scene("sphere-n3").changed(time={"t_end": 5.0}), progress=False)
+    assert signal.getsignal(signal.SIGINT) is before
 
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        with signals_as_ctrl_c() as received:
+
+def test_signals_that_are_ignored_stay_so():
+    """SIGTERM must not go the way of a Ctrl-C that nobody hears, as in the background of a script."""
+    with (
+        handler(signal.SIGINT, signal.SIG_IGN),
+        handler(signal.SIGHUP, signal.SIG_IGN),
+        handler(signal.SIGTERM, signal.SIG_DFL),
+    ):
+        with signals.signals_as_ctrl_c() as received:
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
             with pytest.raises(KeyboardInterrupt):
                 signal.raise_signal(signal.SIGTERM)
             signal.raise_signal(signal.SIGINT)
         assert received == [signal.SIGTERM]
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def test_signals_that_are_ignored_stay_so():
-    from geomint.cli.signals import signals_as_ctrl_c
-
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with signals_as_ctrl_c():
-            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
-            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
-    finally:
-        signal.signal(signal.SIGHUP, before)

@@ -3,118 +3,20 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from numba import config
+from pydantic import BaseModel
 
 import geomint as gi
-from geomint.cli import main
-from geomint.kernels.compiling import compile as compiling
-from geomint.run.compiling_line import CompilingLine
+from tests.cli.calls import alone, invoke, offer
 
-SCENE = """
-[system]
-name = "chaplygin-sphere-hamiltonized"
-a = [0.8, 1.1, 1.5]
-D = 4.0
-[initial]
-gamma = [0.48, 0.6, 0.64]
-p = [3.0, -4.0, 1.5]
-[time]
-tau_end = 125.0
-[integrate]
-method = "rk-4"
-step = 0.03125
-[observe]
-quantities = ["energy", "measure"]
-every = 2
-"""
-
-
-@pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, int]]:
-    """What code is asked for."""
-    found: set[tuple[str, int]] = set()
-    entry = compiling._entry
-
-    def noted(recorded):
-        dispatcher = entry(recorded)
-        found.add((recorded.fingerprint, id(dispatcher)))
-        return dispatcher
-
-    monkeypatch.setattr(compiling, "_entry", noted)
-    return found
-
-
-@pytest.mark.parametrize("methods", [[], ["--methods", "rk-4,gauss-4"]])
-def test_later_commands_ask_for_nothing_else(methods, asked, tmp_path) -> None:
-    scene = tmp_path / "s.toml"
-    scene.write_text(SCENE, encoding="utf-8")
-    result = CliRunner().invoke(main, ["warm", str(scene), *methods])
-    assert result.exit_code == 0
-    assert ": ready, " in result.stdout
-    warmed = set(asked)
-    assert warmed
-    asked.clear()
-    out = ["--out", str(tmp_path / "report"), "--quiet"]
-    assert CliRunner().invoke(main, ["drift", str(scene), *methods, *out]).exit_code == 0
-    out = ["--out", str(tmp_path / "run.nc"), "--quiet"]
-    assert CliRunner().invoke(main, ["run", str(scene), *out]).exit_code == 0
-    assert asked <= warmed
-
-
-def test_a_scene_that_cannot_be_run_does_not_end_the_others(tmp_path) -> None:
-    scene = tmp_path / "s.toml"
-    scene.write_text(SCENE, encoding="utf-8")
-    result = CliRunner().invoke(main, ["warm", "no-such", str(scene)])
-    assert result.exit_code == 2
-    assert "no-such" in result.stderr
-    assert f"{scene}: ready, " in result.stdout
-
-
-class Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
-
-
-def test_the_line_counts_and_goes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Functions found in the cache are counted, and take no time."""
-    monkeypatch.setattr(sys, "stderr", Terminal())
-    line = CompilingLine(True, expected=5)
-    seen = []
-    for number, seconds in ((1, 2.8), (3, 2.0), (4, 1.0), (6, 1.0)):
-        line.begins(number)
-        seen.append(sys.stderr.getvalue().split("\r")[-1].removeprefix("\x1b[K"))
-        line.ends(seconds)
-    assert seen == [
-        f"geomint: compiling {words} left (once, then kept in the cache)"
-        for words in ("1/5, about 6 s", "3/5, about 6 s", "4/5, about 4 s", "6/6, about 2 s")
-    ]
-    line.clear()
-    assert sys.stderr.getvalue().endswith("\r\x1b[K")
-    written = sys.stderr.getvalue()
-    line.clear()
-    assert sys.stderr.getvalue() == written
-
-
-@pytest.mark.parametrize(("shown", "lines"), [(True, 1), (False, 0)])
-def test_where_nobody_looks_it_is_written_once(shown, lines, monkeypatch) -> None:
-    monkeypatch.setattr(sys, "stderr", io.StringIO())
-    monkeypatch.setattr(compiling, "_announced", [])
-    line = CompilingLine(shown)
-    line.begins(1)
-    line.ends(1.0)
-    line.begins(2)
-    line.clear()
-    assert sys.stderr.getvalue().count("\n") == lines
-    assert "\r" not in sys.stderr.getvalue()
-
-
-LINE = "geomint: compiling (once, then kept in the cache)\n"
+pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 
 
 def new_problem() -> gi.Problem:
@@ -125,33 +27,82 @@ def new_problem() -> gi.Problem:
     def own(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         out[0] = -new * y[0]
 
-    return gi.Problem("own", (("x", 1),), field=own)
+    @gi.observable
+    def size(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return new * y[0]
+
+    return gi.Problem("own", (("x", 1),), field=own, observables={"size": size})
 
 
-@pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
-def test_a_script_is_told_once_that_functions_are_compiled(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+class Nothing(BaseModel):
+    pass
+
+
+@pytest.mark.usefixtures("blank_pictures")
+@pytest.mark.parametrize("methods", [(), ("--methods", "rk-4,gauss-4")])
+def test_later_commands_compile_nothing(
+    methods: tuple[str, ...], tmp_path: Path, monkeypatch
 ) -> None:
-    """By whatever compiles first, where no terminal shows it; not where all is in the cache, nor where
-    it is not wanted.
-    """
-    one, two = new_problem(), new_problem()
-    given: dict[str, Any] = {"t_end": 1.0, "step": 0.1, "method": "rk-4"}
-    monkeypatch.setattr(compiling, "_announced", [])
-    gi.solve(new_problem(), [1.0], progress=False, **given)
-    gi.solve(new_problem(), [1.0], t_end=1.0, progress=False)
-    gi.solve_ensemble(new_problem(), [[1.0]], t_end=1.0, progress=False)
-    gi.lyapunov(new_problem(), [1.0], t_end=1.0, step=0.1, progress=False)
-    assert capsys.readouterr().err == ""
-    for problem in (one, new_problem()):
-        gi.solve(problem, [1.0], **given)
-    assert capsys.readouterr().err == LINE
-    monkeypatch.setattr(compiling, "_announced", [])
-    gi.solve(one, [1.0], **given)
-    assert capsys.readouterr().err == ""
-    gi.Integrator(two, [1.0], step=0.1, method="rk-4").step()
-    assert capsys.readouterr().err == LINE
-    monkeypatch.setattr(compiling, "_announced", [])
-    monkeypatch.setattr(sys, "stderr", None)  # closed
-    gi.solve(new_problem(), [1.0], **given)
-    assert capsys.readouterr() == ("", "")
+    """And a scene that cannot be run does not end the others."""
+    problem = new_problem()
+    model = gi.Model({"own": problem}, {"own": np.array([1.0])})
+    system = gi.System("new", "a new one", Nothing, Nothing, lambda parameters, initial: model)
+    offer(monkeypatch, "geomint.systems", "new", system)
+    path = tmp_path / "s.toml"
+    path.write_text(
+        '[system]\nname = "new"\n[time]\nt_end = 125.0\n[integrate]\nmethod = "rk-4"\n'
+        'step = 0.03125\n[observe]\nquantities = ["size"]\nevery = 2\n',
+        "utf-8",
+    )
+    result = invoke("warm", "no-such", path, *methods)
+    assert result.exit_code == 2
+    assert "no-such" in result.stderr
+    assert f"{path}: ready, " in result.stdout
+    scene = gi.load_scene(path)
+    names = methods[1].split(",") if methods else None
+    runs = gi.drift_report(scene, tmp_path / "report", False, methods=names)
+    spent = [
+        gi.run_scene(scene, False).compile_seconds,
+        *(r.solution.compile_seconds for r in runs),
+    ]
+    assert spent == [0.0] * len(spent)
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_the_line_counts_and_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    gi.solve(new_problem(), [1.0], t_end=1.0, step=0.1, method="rk-4", observe="all")
+    lines = sys.stderr.getvalue().split("\r\x1b[K")
+    assert (lines[0], lines[-1]) == ("", "")
+    words = r"geomint: compiling (\d+)/(\d+), about \d+ s left \(once, then kept in the cache\)"
+    counts = [tuple(map(int, re.fullmatch(words, line).groups())) for line in lines[1:-1]]
+    assert counts == sorted(set(counts))
+    assert all(1 <= done <= of for done, of in counts)
+
+
+TOLD = """
+from tests.cli.test_warm import new_problem
+import geomint as gi
+import sys
+given = {"t_end": 1.0, "step": 0.1, "method": "rk-4"}
+one = new_problem()
+gi.solve(new_problem(), [1.0], progress=False, **given)
+gi.solve_ensemble(new_problem(), [[1.0]], t_end=1.0, method="rk-4", step=0.1, progress=False)
+print("before", file=sys.stderr)
+gi.solve(one, [1.0], **given)
+gi.solve(new_problem(), [1.0], **given)
+gi.Integrator(new_problem(), [1.0], step=0.1, method="rk-4").step()
+sys.stderr = None  # closed
+gi.solve(new_problem(), [1.0], **given)
+"""
+
+
+def test_a_script_is_told_once_that_functions_are_compiled() -> None:
+    """Where no terminal shows it, and not where it is not wanted."""
+    done = alone(Path(__file__).parents[2], TOLD, call=("-c",))
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "before\ngeomint: compiling (once, then kept in the cache)\n"
