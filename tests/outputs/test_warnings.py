@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+import dataclasses
+import importlib
 import json
 import pickle
 import warnings
@@ -11,14 +14,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import chaplygin as ch
 import geomint as gi
-from geomint.compare.runs import compare
+from geomint.cli import main
 from geomint.problems.testproblems import henon_heiles, neumann
-from geomint.report.compare_page import write_compare_report
 from geomint.report.summary import print_runs
-from geomint.run.provenance import run_record
 
 HENON = henon_heiles.problem()
 NEUMANN = neumann.problem([0.7, 1.0, 1.4])
@@ -36,7 +38,7 @@ CHAOS = gi.Problem("lorenz", (("y", 3),), params=[8.0 / 3.0], field=lorenz)
 
 
 def projected() -> Any:
-    return gi.solve(NEUMANN, OFF, t_end=0.5, step=0.1)
+    return gi.solve(NEUMANN, OFF, t_end=0.5, step=0.1, method="rk-4", **PLAIN)
 
 
 def coarse() -> Any:
@@ -53,6 +55,7 @@ def pace(params, t, y, work):
 
 
 UNREACHED: dict[str, Any] = {"tau_end": 1.0, "step": 0.1, "t_eval": [0.5, 1e3], "method": "rk-4"}
+PLAIN: dict[str, Any] = {"compiled": False}
 
 
 def clocked() -> gi.Problem:
@@ -60,7 +63,7 @@ def clocked() -> gi.Problem:
 
 
 def unreached() -> Any:
-    return gi.solve(clocked(), henon_heiles.INITIAL, **UNREACHED)
+    return gi.solve(clocked(), henon_heiles.INITIAL, **UNREACHED, **PLAIN)
 
 
 def slow() -> Any:
@@ -87,29 +90,40 @@ CASES: dict[type[gi.GeomintWarning], tuple[Callable[[], Any], str]] = {
 RUNS = [kind for kind in CASES if kind is not gi.DeclarationWarning]
 
 
-def given(kind: type[gi.GeomintWarning]) -> tuple[Any, list[Any]]:
-    """Return what a case makes, and the warnings of its kind that were shown."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        made = CASES[kind][0]()
-    return made, [w for w in caught if type(w.message) is kind]
-
-
 def test_every_kind_has_a_case() -> None:
     assert set(CASES) == set(gi.GeomintWarning.__subclasses__())
 
 
 @pytest.mark.parametrize("kind", CASES)
-def test_shown_once_at_the_line_of_the_user(kind: type[gi.GeomintWarning]) -> None:
-    _, shown = given(kind)
-    (one,) = shown
+def test_shown_once_at_the_line_of_the_user_and_kept(kind: Any, tmp_path: Path) -> None:
+    make, quantity = CASES[kind]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = make()
+    (one,) = [w for w in caught if type(w.message) is kind]
     told = one.message
     assert one.filename == __file__
-    assert told.kind == kind.__name__
-    assert told.quantity == CASES[kind][1]
-    assert str(told) == told.text
+    assert (told.kind, told.quantity, str(told)) == (kind.__name__, quantity, told.text)
     assert told.size is None or told.size > 0.0
     assert told == pickle.loads(pickle.dumps(told)) == gi.GeomintWarning.read(told.as_json())
+    if kind is gi.DeclarationWarning:
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # kept whether or not it is shown
+        sol = make()
+    assert sol.warnings == made.warnings == (told,)
+    assert f"1 {kind.__name__}" in " ".join(repr(sol).split())
+    (of_json,) = json.loads(json.dumps(sol.provenance, allow_nan=False))["warnings"]
+    assert gi.GeomintWarning.read(of_json) == told
+    sol.save(tmp_path / "run.nc")
+    read = gi.load(tmp_path / "run.nc")
+    assert read.warnings == sol.warnings
+    assert json.loads(read.words()["provenance"])["warnings"] == [of_json]
+    if kind is gi.EndWarning:
+        assert (told.size, told.time) == (sol.end_error.error, sol.end_error.until)
+    if kind is gi.StepWarning:
+        assert 0.01 < told.size < 1.0
+        assert told.time == 2000.0
 
 
 def test_a_text_steers_no_terminal_and_can_be_written() -> None:
@@ -117,32 +131,6 @@ def test_a_text_steers_no_terminal_and_can_be_written() -> None:
     told = gi.GeomintWarning("kept in /a\udcff\x1b[31m")
     assert str(told) == r"kept in /a\udcff\x1b[31m"
     str(told).encode()
-
-
-@pytest.mark.parametrize("kind", RUNS)
-def test_kept_whether_or_not_it_is_shown(kind: type[gi.GeomintWarning], tmp_path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        sol = CASES[kind][0]()
-    (told,) = sol.warnings
-    assert type(told) is kind
-    assert f"1 {kind.__name__}" in " ".join(repr(sol).split())
-    (of_json,) = json.loads(json.dumps(run_record(sol), allow_nan=False))["warnings"]
-    assert gi.GeomintWarning.read(of_json) == told
-    sol.save(tmp_path / "run.nc")
-    read = gi.load(tmp_path / "run.nc")
-    assert read.warnings == sol.warnings
-    assert json.loads(read.words()["provenance"])["warnings"] == [of_json]
-
-
-def test_times_and_sizes_are_those_of_the_run() -> None:
-    sol, _ = given(gi.EndWarning)
-    (end,) = sol.warnings
-    assert (end.size, end.time) == (sol.end_error.error, sol.end_error.until)
-    sol, _ = given(gi.StepWarning)
-    (step,) = sol.warnings
-    assert 0.01 < step.size < 1.0
-    assert step.time == 2000.0
 
 
 def test_a_run_that_fails_has_those_until_then() -> None:
@@ -157,10 +145,6 @@ def test_one_that_begins_anew_says_nothing_twice() -> None:
     with pytest.warns(gi.StateWarning) as shown:
         sol = gi.solve(NEUMANN, state, t_end=60.0, method="rk-4")
     assert [w.kind for w in sol.warnings] == ["StateWarning"] * len(shown) == ["StateWarning"]
-
-
-def test_nothing_to_say() -> None:
-    assert gi.solve(HENON, henon_heiles.INITIAL, t_end=1.0, step=0.1).warnings == ()
 
 
 def two_of_three(**more: Any) -> gi.Ensemble:
@@ -207,6 +191,7 @@ SCENE: dict[str, Any] = {
 }
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.warns(gi.StepWarning, match="energy"):
         runs = gi.drift_report(SCENE, tmp_path)
@@ -223,33 +208,72 @@ def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert "warnings: 1 StepWarning" in printed
 
 
-def test_sections_and_exponents_carry_them(tmp_path: Path) -> None:
-    quiet: dict[str, Any] = {"step": 0.1, "progress": False}
-    with pytest.warns(gi.StateWarning):
-        section = gi.poincare_section(NEUMANN, OFF, "q[2]", 2, **quiet)
-    with pytest.warns(gi.StateWarning):
-        found = gi.lyapunov(NEUMANN, OFF, t_end=1.0, **quiet)
-    assert [w.kind for w in (*section.warnings, *found.warnings)] == 2 * ["StateWarning"]
-    scene, quiet = gi.Scene(**SCENE), {"progress": False}
-    with pytest.warns(gi.StepWarning, match="energy"):
-        section = gi.section_report(scene, tmp_path, event="q[2]", points=40, **quiet)
-    with pytest.warns(gi.StepWarning, match="energy"):
-        found = gi.chaos_report(scene.changed(time={"t_end": 100.0}), tmp_path, **quiet)
-    for name, one in (("section", section), ("chaos", found)):
-        (told,) = one.warnings
-        assert told.quantity == "energy"
-        record = json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
-        assert record["warnings"] == [told.as_json()]
-        page = (tmp_path / f"{name}.html").read_text("utf-8")
-        assert f"<strong>StepWarning.</strong> {told.text[:20]}" in page
+TOLD = gi.StepWarning("too long", "energy", 0.5, 3.0)
 
 
-def test_comparisons_carry_them(tmp_path: Path) -> None:
+def told_before(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    """Let a warning come before a report is written."""
+    page = importlib.import_module(f"geomint.report.{kind}_page")
+    write = getattr(page, f"write_{kind}_report")
+
+    def writing(plan: Any, found: Any, *args: Any, **more: Any) -> Any:
+        if kind == "scan":
+            found.found.warnings[1] = (TOLD,)
+        else:
+            found = dataclasses.replace(found, warnings=(TOLD,))
+        return write(plan, found, *args, **more)
+
+    monkeypatch.setattr(page, f"write_{kind}_report", writing)
+
+
+@pytest.mark.usefixtures("blank_pictures")
+def test_scans_have_a_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told_before(monkeypatch, "scan")
+    vary = {"initial.v[1]": [0.5, 1.0]}
+    gi.scan_report(SCENE, tmp_path, False, vary=vary, show=["drift:energy"])
+    with (tmp_path / "scan.csv").open() as stream:
+        assert [row["warnings"] for row in csv.DictReader(stream)] == ["", "StepWarning"]
+    record = json.loads((tmp_path / "scan.json").read_text("utf-8"))
+    (of_json,) = record["warnings"]
+    assert (record["warned"], of_json["member"], of_json["initial.v[1]"]) == (1, 1, 1.0)
+    assert {**of_json, **TOLD.as_json()} == of_json
+    assert "initial.v[1] = 1: too long" in (tmp_path / "scan.html").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("blank_pictures")
+@pytest.mark.parametrize("kind", ["section", "chaos"])
+def test_sections_and_exponents_carry_them(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lossy: dict[str, Any] = {"method": "rk-4", "progress": False}
+    motion = {
+        "section": lambda *at, end, **more: gi.poincare_section(*at, "q[2]", end, **more),
+        "chaos": lambda *at, end, **more: gi.lyapunov(*at, t_end=2.5 * end, **more),
+    }[kind]
+    with pytest.warns(gi.StateWarning):
+        found = motion(NEUMANN, OFF, end=2, step=0.1, **lossy)
+    assert [w.kind for w in found.warnings] == ["StateWarning"]
     scene = gi.Scene(**SCENE)
-    found = compare(scene.model, {"t_end": 40.0}, ["rk-4"], steps=[0.9, 0.01], repeats=1)
-    coarse, fine = found.points
-    assert [w["kind"] for w in coarse.warnings] == ["StepWarning"]
-    assert fine.warnings == ()
-    write_compare_report(found, scene, tmp_path)
-    assert json.loads((tmp_path / "compare.json").read_text("utf-8"))["points"][0]["warnings"]
+    with pytest.warns(gi.StepWarning, match="energy"):
+        again = motion(scene.problem, scene.state, end=40, step=0.9, **lossy)
+    assert {w.quantity for w in again.warnings} == {"energy"}
+    told_before(monkeypatch, kind)
+    keys = {"section": {"event": "q[2]", "points": 2}, "chaos": {}}[kind]
+    with pytest.warns(gi.StepWarning, match="energy"):
+        getattr(gi, f"{kind}_report")(scene, tmp_path, progress=False, **keys)
+    record = json.loads((tmp_path / f"{kind}.json").read_text("utf-8"))
+    assert record["warnings"] == [TOLD.as_json()]
+    page = (tmp_path / f"{kind}.html").read_text("utf-8")
+    assert "<strong>StepWarning.</strong> too long." in page
+
+
+@pytest.mark.usefixtures("blank_pictures")
+def test_comparisons_carry_them(tmp_path: Path) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(gi.load_scene("sphere-n3").toml(), "utf-8")
+    line = ["compare", str(path), "--methods", "rk-4", "--steps", "0.6,0.01", "--t-end", "40"]
+    line += ["--repeats", "1", "--reference", "exact", "--out", str(tmp_path)]
+    assert CliRunner().invoke(main, line).exit_code == 0
+    found = json.loads((tmp_path / "compare.json").read_text("utf-8"))["points"]
+    assert [[w["kind"] for w in point["warnings"]] for point in found] == [["StepWarning"], []]
     assert "; StepWarning</td>" in (tmp_path / "compare.html").read_text("utf-8")
