@@ -136,7 +136,8 @@ def still(params, t, y, out, work):
 
 
 NAMES = st.sampled_from(
-    ["t", "tau", "k", "k2", "i", "j", "energy", "energy_time", "energy_mean", "k_", "γ²", "a b", "x.y",
+    ["t", "tau", "k", "k2", "i", "j", "energy", "energy_time", "energy_mean", "k_",
+     "energy.time", "γ²", "a b", "x.y",
      "_problem_code", "data", "dimensions", "📈", "params", "E=mc^2"]
 )  # fmt: skip
 BITS = st.integers(0, 2**64 - 1)

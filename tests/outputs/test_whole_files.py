@@ -25,19 +25,23 @@ def write(path, text="new"):
         unfinished.write_text(text, encoding="utf-8")
 
 
+def contents(folder):
+    return {p.name: p.read_text(encoding="utf-8") for p in Path(folder).iterdir() if p.is_file()}
+
+
 def leftovers(folder):
     found = [p for p in Path(folder).rglob("*") if p.name.startswith(".geomint")]
     return [p.name for p in found if not p.parent.name.startswith(".geomint")]
 
 
 def test_a_new_and_an_old_file(tmp_path):
-    """Neighbours stay: a user's own file may have any name."""
-    mine = ("run.nc.part", ".geomint-0", "run.nc~")
-    for name in mine:
+    """Beside others of the user's, which may have any name."""
+    path, others = tmp_path / "run.nc", ["run.nc.part", ".geomint-0", "run.nc~"]
+    for name in others:
         (tmp_path / name).write_text("mine", encoding="utf-8")
     for text in ("first", "second"):
-        write(tmp_path / "run.nc", text)
-        assert contents(tmp_path) == {"run.nc": text, **dict.fromkeys(mine, "mine")}
+        write(path, text)
+        assert contents(tmp_path) == {"run.nc": text, **dict.fromkeys(others, "mine")}
 
 
 @posix
@@ -55,16 +59,15 @@ def test_permissions_are_those_of_the_old_file_or_of_the_user(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("there", [True, False])
-def test_symlinks_are_followed(tmp_path, there):
+def test_symlinks_are_followed(tmp_path):
+    """Whether or not something is there."""
     target, link = tmp_path / "elsewhere" / "run.nc", tmp_path / "link.nc"
     target.parent.mkdir()
-    if there:
-        target.write_text("old", encoding="utf-8")
     link.symlink_to(target)
-    write(link)
-    assert link.is_symlink()
-    assert target.read_text(encoding="utf-8") == "new"
+    for text in ("new", "newer"):
+        write(link, text)
+        assert link.is_symlink()
+        assert target.read_text(encoding="utf-8") == text
     assert leftovers(tmp_path) == []
 
 
@@ -98,17 +101,22 @@ def test_a_file_that_may_not_be_written(tmp_path):
         write(path)
 
 
-def test_places_that_are_none(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "path", ["missing/run.nc", "file/run.nc", "nul\0l", "x" * 300, "\ud800", "y" * 10_000]
+)
+def test_places_that_are_none(tmp_path, monkeypatch, path):
     monkeypatch.chdir(tmp_path)
     Path("file").write_text("", encoding="utf-8")
-    for path in ("missing/run.nc", "file/run.nc", "nul\0l", "x" * 300, "\ud800", "y" * 10_000):
-        with pytest.raises(gi.OutputError, match="cannot be written") as caught:
-            write(path)
-        assert len(str(caught.value)) < 500
-    for path in (None, 3, b"run.nc", ["run.nc"]):
-        for call in (gi.check_file, gi.check_folder, gi.load, write):
-            with pytest.raises(gi.DomainError, match="path"):
-                call(path)
+    with pytest.raises(gi.OutputError, match="cannot be written") as caught:
+        write(path)
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("path", [None, 3, b"run.nc", ["run.nc"]])
+def test_what_is_no_path(path):
+    for call in (gi.check_file, gi.check_folder, gi.load, write):
+        with pytest.raises(gi.DomainError, match="path"):
+            call(path)
 
 
 @posix
@@ -138,8 +146,7 @@ def test_what_is_read_is_not_written_over(tmp_path, way):
     write(tmp_path / "third")
 
 
-def test_an_error_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
-    """Of the writer, of who presses Ctrl-C, or of a full disk, which is typed."""
+def test_an_error_while_writing_leaves_the_old_file(tmp_path):
     path = tmp_path / "run.nc"
     write(path, "old")
 
@@ -148,28 +155,34 @@ def test_an_error_while_writing_leaves_the_old_file(tmp_path, monkeypatch):
             unfinished.write_text("half", encoding="utf-8")
             raise failure
 
-    def write_interrupted():
-        with gi.whole_file(path):
-            try:
-                raise KeyboardInterrupt
-            finally:  # a file that Ctrl-C leaves closed is no error of the disk
-                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+    for failure in (
+        ValueError("of the writer"),
+        KeyboardInterrupt(),
+        OSError(errno.ENOSPC, "full"),
+    ):
+        with pytest.raises((ValueError, KeyboardInterrupt, gi.OutputError)):
+            write_half(failure)
+        assert path.read_text(encoding="utf-8") == "old"
+    assert leftovers(tmp_path) == []
 
-    with pytest.raises(ValueError, match="of the writer"):
-        write_half(ValueError("of the writer"))
-    for call in (lambda: write_half(KeyboardInterrupt()), write_interrupted):
-        with pytest.raises(KeyboardInterrupt):
-            call()
-    for number in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
-        full = OSError(number, os.strerror(number))
-        monkeypatch.setattr(outputs.os, "fsync", lambda *_, full=full: (_ for _ in ()).throw(full))
-        for call in (lambda: write(path), lambda: gi.check_file(path)):
-            with pytest.raises(gi.OutputError) as caught:
-                call()
-            assert caught.value.errno == number
-        with pytest.raises(gi.OutputError):
-            gi.check_folder(tmp_path)
-    assert contents(tmp_path) == {"run.nc": "old"}
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT])
+def test_a_full_disk_is_typed(tmp_path, monkeypatch, number):
+    def fail(*_):
+        raise OSError(number, os.strerror(number))
+
+    path = tmp_path / "run.nc"
+    write(path, "old")
+    monkeypatch.setattr(outputs.os, "fsync", fail)
+    with pytest.raises(gi.OutputError) as caught:
+        write(path)
+    assert caught.value.errno == number
+    assert path.read_text(encoding="utf-8") == "old"
+    with pytest.raises(gi.OutputError):
+        gi.check_file(path)
+    with pytest.raises(gi.OutputError):
+        gi.check_folder(tmp_path)
+    assert leftovers(tmp_path) == []
 
 
 NAMES = ("a.json", "b.png", "c.html")
@@ -179,10 +192,6 @@ def write_report(folder, text, names=NAMES):
     with gi.whole_folder(folder) as unfinished:
         for name in names:
             (unfinished / name).write_text(text, encoding="utf-8")
-
-
-def contents(folder):
-    return {p.name: p.read_text(encoding="utf-8") for p in Path(folder).iterdir()}
 
 
 def test_a_folder_is_replaced_as_a_whole(tmp_path):
@@ -214,10 +223,8 @@ def test_or_not_at_all(tmp_path, monkeypatch, failing):
 def test_a_folder_in_the_place_of_a_file(tmp_path):
     write_report(tmp_path, "old", NAMES[:2])
     (tmp_path / NAMES[2]).mkdir()
-    gi.check_folder(tmp_path)
-    for call in (lambda: write_report(tmp_path, "new"), lambda: gi.check_folder(tmp_path, NAMES)):
-        with pytest.raises(gi.OutputError, match=r"c\.html.*a folder.*expected a file"):
-            call()
+    with pytest.raises(gi.OutputError, match="a folder"):
+        write_report(tmp_path, "new")
     assert (tmp_path / NAMES[0]).read_text(encoding="utf-8") == "old"
 
 
@@ -246,35 +253,28 @@ def test_symlinks_in_a_folder_are_left_alone(tmp_path, name):
 WRITER = """
 import sys
 from geomint.run.files.outputs import whole_file, whole_folder
-place, text, times, kind = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4]
-for _ in range(times):
-    if kind == "file":
-        with whole_file(place) as unfinished:
-            unfinished.write_text(text * 200_000)
-    else:
-        with whole_folder(place) as unfinished:
-            for name in "abcdef":
-                (unfinished / name).write_text(text)
+place, text = sys.argv[1:]
+for _ in range(25):
+    with whole_file(place + "/file") as unfinished:
+        unfinished.write_text(text * 200_000)
+    with whole_folder(place + "/folder") as unfinished:
+        for name in "abcdef":
+            (unfinished / name).write_text(text)
 """
 
 
 @posix
-@pytest.mark.parametrize("kind", ["file", "folder"])
-def test_of_two_processes_the_last_complete_one_wins(tmp_path, kind):
-    place = tmp_path / "place"
-    command = [sys.executable, "-c", WRITER, str(place)]
-    writers = [subprocess.Popen([*command, text, "60", kind]) for text in "xyz"]
-    seen = set()
+def test_of_several_processes_the_last_complete_one_wins(tmp_path):
+    command = [sys.executable, "-c", WRITER, str(tmp_path)]
+    writers = [subprocess.Popen([*command, text]) for text in "xyz"]
+    file = tmp_path / "file"
     while any(w.poll() is None for w in writers):
-        if kind == "file" and place.exists():
-            content = place.read_text(encoding="utf-8")
-            assert len(content) == 200_000
-            assert len(set(content)) == 1
-            seen.add(content[0])
+        if file.exists():
+            content = file.read_text(encoding="utf-8")
+            assert (len(content), len(set(content))) == (200_000, 1)
     assert [w.returncode for w in writers] == [0, 0, 0]
-    if kind == "folder":
-        assert len(set(contents(place).values())) == 1
-        assert sorted(contents(place)) == list("abcdef")
+    found = contents(tmp_path / "folder")
+    assert (sorted(found), len(set(found.values()))) == (list("abcdef"), 1)
     assert leftovers(tmp_path) == []
 
 
@@ -318,29 +318,41 @@ def test_nothing_stays_of_a_report_that_was_there(tmp_path):
     assert contents(tmp_path)[NAMES[1]] == "new"
 
 
-VERSION = '{"provenance": {"versions": {"geomint": "0.1"}}'
-OF_NO_REPORT = {  # what stands in the JSON, in the other file, and whether a report was made before
-    "no report": (None, "mine", False),
-    "changed": (None, "mine", True),
-    "noted in its JSON": ("0.1, mine", None, True),
-    "of a report that has no such file": (VERSION + ', "files": {}}', "mine", False),
-    "without files": (VERSION + "}", None, False),
-    "not of geomint": ('{"a": 1}', None, False),
-    "broken": ('{"provenance', None, False),
-    "deep": ("[" * 10**5, None, False),
+def told_by_json(text):
+    return lambda folder: (folder / NAMES[0]).write_text(text, encoding="utf-8")
+
+
+def beside(folder, json_of="{}"):
+    (folder / NAMES[0]).write_text(json_of, encoding="utf-8")
+    (folder / NAMES[1]).write_text("mine", encoding="utf-8")
+
+
+def changed(name, old, new):
+    def change(folder):
+        make_report(folder, "old")
+        text = (folder / name).read_text(encoding="utf-8")
+        (folder / name).write_text(text.replace(old, new), encoding="utf-8")
+
+    return change
+
+
+OF_GEOMINT = '"provenance": {"versions": {"geomint": "0.1"}}'
+MINE = {
+    "no report": lambda folder: (folder / NAMES[1]).write_text("mine", encoding="utf-8"),
+    "changed": changed(NAMES[1], "old", "mine"),
+    "noted in its JSON, where it is still one": changed(NAMES[0], "0.1", "0.1, mine"),
+    "beside a report without it": lambda folder: beside(folder, f'{{{OF_GEOMINT}, "files": {{}}}}'),
+    "without files": told_by_json(f"{{{OF_GEOMINT}}}"),
+    "not of geomint": told_by_json('{"a": 1}'),
+    "broken": told_by_json('{"provenance'),
+    "deep": told_by_json("[" * 10**5),
 }
 
 
-@pytest.mark.parametrize("mine", OF_NO_REPORT)
+@pytest.mark.parametrize("mine", MINE)
 def test_a_file_that_is_of_no_report_is_not_lost(tmp_path, mine):
     """Nor one that the user has changed; whether it would be written anew or only removed."""
-    (told, other, made), first = OF_NO_REPORT[mine], tmp_path / NAMES[0]
-    if made:
-        make_report(tmp_path, "old")
-        told = told and first.read_text("utf-8").replace("0.1", told)
-    for path, text in ((first, told), (tmp_path / NAMES[1], other)):
-        if text is not None:
-            path.write_text(text, encoding="utf-8")
+    MINE[mine](tmp_path)
     before = contents(tmp_path)
     for call in (
         lambda: gi.check_folder(tmp_path, NAMES),
@@ -356,27 +368,42 @@ def test_a_file_that_is_of_no_report_is_not_lost(tmp_path, mine):
 KILLED_BETWEEN = """
 import os, sys
 from geomint.run.files import outputs
-from tests.outputs.test_whole_files import NAMES, make_report
-put, left = outputs._put, [int(sys.argv[2])]
+from tests.outputs.test_whole_files import make_report
+put, left = outputs._put, []
+
 def kill(unfinished, target):
     if not left[0]:
         os._exit(9)
     left[0] -= 1
     put(unfinished, target)
+
 outputs._put = kill
-make_report(sys.argv[1], "old")
+for after in range(3):
+    if not os.fork():
+        left.append(after)
+        make_report(f"{sys.argv[1]}/{after}", "old")
+    assert os.waitstatus_to_exitcode(os.wait()[1]) == 9
 """
 
 
 @posix
-@pytest.mark.parametrize("after", range(3))
-def test_a_first_report_that_was_killed_is_replaced(tmp_path, after):
+def test_a_first_report_that_was_killed_is_replaced(tmp_path):
     """What it has moved by then is told by its JSON, which comes first."""
-    place = str(tmp_path / "report")
-    run = [sys.executable, "-c", KILLED_BETWEEN, place, str(after)]
-    assert subprocess.run(run, check=False).returncode == 9
-    make_report(place, "new")
-    assert all((Path(place) / name).read_text(encoding="utf-8") == "new" for name in NAMES[1:])
+    run = [sys.executable, "-c", KILLED_BETWEEN, str(tmp_path)]
+    assert subprocess.run(run, cwd=Path(__file__).parents[2], check=False).returncode == 0
+    for after in range(3):
+        place = tmp_path / str(after)
+        assert len([path for path in place.iterdir() if path.name in NAMES]) == after
+        make_report(place, "new")
+        found = contents(place)
+        assert [found[name] for name in NAMES[1:]] == ["new", "new"]
+
+
+def test_names_are_looked_at_before_the_work(tmp_path):
+    (tmp_path / NAMES[1]).mkdir()
+    gi.check_folder(tmp_path)
+    with pytest.raises(gi.OutputError, match=r"b\.png.*a folder.*expected a file"):
+        gi.check_folder(tmp_path, NAMES)
 
 
 KILLED = """
@@ -483,6 +510,20 @@ def test_ctrl_c_at_any_moment(tmp_path, monkeypatch, at):
     assert contents(tmp_path) == dict.fromkeys(NAMES, "old" if at == "mkdir" else "new")
 
 
+def test_what_ctrl_c_breaks_is_an_interrupt(tmp_path):
+    """A file that it leaves closed is no error of the disk."""
+
+    def write_closed():
+        with gi.whole_file(tmp_path / "file"):
+            try:
+                raise KeyboardInterrupt
+            finally:
+                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+
+    with pytest.raises(KeyboardInterrupt):
+        write_closed()
+
+
 @posix
 def test_a_file_system_without_locks(tmp_path, monkeypatch):
     import fcntl
@@ -516,20 +557,15 @@ def test_the_owner_stays(tmp_path):
         assert stat.S_IMODE(found.st_mode) == 0o640
 
 
-@pytest.mark.parametrize("kind", ["a file", "below a file", "dangling", "empty"])
-def test_folders_that_cannot_be_are_told(tmp_path, kind):
-    place = tmp_path / "place"
-    if kind == "dangling":
-        place.symlink_to(tmp_path / "nowhere")
-    else:
-        place.touch()
-    path, said = {
-        "a file": (place, "place' is no folder; expected a folder, or nothing"),
-        "below a file": (place / "further", "place' is no folder; expected a folder"),
-        "dangling": (place, "a symlink that leads nowhere; expected a folder"),
-        "empty": ("", "an empty name"),
-    }[kind]
-    with pytest.raises(gi.OutputError, match=said):
-        gi.check_folder(path)
-    with pytest.raises(gi.OutputError, match=said):
-        write_report(path, "new")
+def test_folders_that_cannot_be_are_told(tmp_path):
+    (tmp_path / "file").touch()
+    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    for path, said in (
+        (tmp_path / "file", "file' is no folder; expected a folder, or nothing"),
+        (tmp_path / "file" / "further", "file' is no folder; expected a folder"),
+        (tmp_path / "dangling", "a symlink that leads nowhere; expected a folder"),
+        ("", "an empty name"),
+    ):
+        for call in (gi.check_folder, lambda path: write_report(path, "new")):
+            with pytest.raises(gi.OutputError, match=said):
+                call(path)
