@@ -1,103 +1,111 @@
-"""The drift report: the contract of ``drift.json``, and a page that needs nothing but itself."""
+"""The drift report of one method: ``drift.json``, and a page that needs nothing but itself.
+
+It opens with the motion; what is within round-off is folded.
+"""
+
+from __future__ import annotations
 
 import base64
+import copy
+import dataclasses
 import json
 import math
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import geomint as gi
 from geomint.report.drift_page import write_drift_report
-from geomint.report.text import number, parameters_told, with_error
-from geomint.run.provenance import finite_json
-from geomint.watch.growth import CLASSES
+from geomint.report.kinds import by_roundoff
+from geomint.report.motion_panels import motion_draws
+from geomint.report.text import duration, number, parameters_told, short_slope, with_error
 
-NUMBERS = [
-    "initial",
-    "max_abs_error",
-    "scale",
-    "final_error",
-    "slope",
-    "slope_stderr",
-    "trend_bound",
-]
+SCENE = gi.load_scene("ball-3d").changed(time={"t_end": 40.0})
 
 
-def quantities(record):
-    """Return the quantities of the one method."""
-    (entry,) = record["methods"].values()
-    return entry["quantities"]
+class Page(HTMLParser):
+    """Links and images of a page, and those that are folded."""
+
+    def __init__(self, folder):
+        super().__init__()
+        self.text = (folder / "report.html").read_text("utf-8")
+        self.links, self.images, self.folded, self.folds = [], [], [], 0
+        self.feed(self.text)
+
+    def handle_starttag(self, tag, attributes):
+        named = dict(attributes)
+        assert tag not in ("script", "link", "iframe", "object", "embed")
+        self.links += [named[key] for key in ("src", "href", "action", "data") if key in named]
+        self.folds += tag == "details"
+        if tag == "img":
+            (self.folded if self.folds else self.images).append(named)
+
+    def handle_endtag(self, tag):
+        self.folds -= tag == "details"
 
 
-@pytest.fixture(scope="module")
-def report(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("report")
-    scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0})
-    return folder, gi.drift_report(scene, folder, progress=False)["cf-4"].solution
-
-
-@pytest.fixture(scope="module")
-def record(report):
+def record_of(folder):
     def refuse(constant):
         raise AssertionError(f"{constant} is no JSON")
 
-    text = (report[0] / "drift.json").read_text(encoding="utf-8")
-    return json.loads(text, parse_constant=refuse)
+    return json.loads((folder / "drift.json").read_text("utf-8"), parse_constant=refuse)
 
 
 @pytest.fixture(scope="module")
-def page(report):
-    return (report[0] / "report.html").read_text(encoding="utf-8")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("report")
+
+
+@pytest.fixture(scope="module")
+def report(folder):
+    return gi.drift_report(SCENE, folder, progress=False)
+
+
+@pytest.fixture(scope="module")
+def record(report, folder):
+    return record_of(folder)
+
+
+@pytest.fixture(scope="module")
+def page(report, folder):
+    return Page(folder)
 
 
 def test_parameters_are_those_given(page):
     """Under their keys and symbols, in their order; what the equations have beside follows."""
-    told = re.findall(r"<dt>([^<]*)</dt><dd>([^<]*)</dd>", page)
+    told = re.findall(r"<dt>([^<]*)</dt><dd>([^<]*)</dd>", page.text)
     names = [name for name, _ in told]
     first = names.index("moments (I)")
     assert told[first : first + 2] == [("moments (I)", "1, 2, 3"), ("D", "1")]
     assert "a" not in names[:first]
-
-
-def test_a_weight_is_told_as_it_was_given():
     ball = {"name": "rolling-ball", "moments": [0.4, 0.5, 0.7], "m": 2.0, "rho": 0.5}
     state = {"gamma": [0.48, 0.6, 0.64], "omega": [1.0, -2.0, 1.5]}
     scene = gi.Scene("r", system=ball, initial=state, time={"t_end": 1.0})
     told = parameters_told(scene, scene.problem)
-    assert list(told)[:3] == ["moments (I)", "m", "rho (ρ)"]
-    assert [told[key] for key in list(told)[:3]] == ["0.4, 0.5, 0.7", "2", "0.5"]
+    expected = {"moments (I)": "0.4, 0.5, 0.7", "m": "2", "rho (ρ)": "0.5"}
+    assert list(told.items())[:3] == list(expected.items())
     assert "D" in told  # of the equations
 
 
-def test_the_contract(record):
-    """That of several methods, with one."""
-    assert (record["status"], record["time"], record["physical_end"]) == ("success", "t", None)
-    assert list(record["methods"]) == ["cf-4"]
-    names = {"energy", "K", "area", "norm", "spatial-momentum", "measure"}
-    assert set(quantities(record)) == names == set(record["kinds"])
-    for quantity in quantities(record).values():
-        assert quantity["class"] in CLASSES
-        for key in NUMBERS:
-            assert isinstance(quantity[key], int | float)
-            assert math.isfinite(quantity[key])
-        if quantity["initial"] == 0:
-            assert quantity["max_rel_error"] is None
-            assert quantity["scale"] > 0
-        else:
-            expected = quantity["max_abs_error"] / abs(quantity["initial"])
-            assert quantity["max_rel_error"] == pytest.approx(expected, rel=1e-12)
-        assert abs(quantity["final_error"]) <= quantity["max_abs_error"]
-
-
 def test_the_numbers_are_those_of_the_solution(record, report):
-    solution = report[1]
-    for name, drift in solution.drift.items():
-        quantity = quantities(record)[name]
-        assert quantity["max_abs_error"] == drift.max_abs_error
-        assert quantity["slope"] == drift.slope
-        assert quantity["class"] == drift.drift_class
+    """Finite, under their names, and of what they say: the largest is no less than the last."""
+    assert (record["status"], record["time"], record["physical_end"]) == ("success", "t", None)
+    (entry,), drifts = record["methods"].values(), report["cf-4"].solution.drift
+    assert set(entry["quantities"]) == set(record["kinds"]) == set(drifts)
+    assert set(drifts) == {"energy", "K", "area", "norm", "spatial-momentum", "measure"}
+    for name, quantity in entry["quantities"].items():
+        assert quantity["class"] == drifts[name].drift_class
+        for key in ("initial", "max_abs_error", "scale", "final_error", "slope", "trend_bound"):
+            assert quantity[key] == getattr(drifts[name], key)
+            assert math.isfinite(quantity[key])
+        initial, largest = quantity["initial"], quantity["max_abs_error"]
+        relative = pytest.approx(largest / abs(initial), rel=1e-12) if initial else None
+        assert quantity["max_rel_error"] == relative
+        assert abs(quantity["final_error"]) <= largest
+        assert quantity["scale"] > 0
 
 
 def test_provenance_is_complete(record):
@@ -112,42 +120,27 @@ def test_provenance_is_complete(record):
 
 @pytest.mark.usefixtures("blank_pictures")
 def test_the_scene_of_the_provenance_gives_the_same_numbers(record, tmp_path):
-    path = tmp_path / "again.toml"
-    path.write_text(record["provenance"]["scene_toml"], encoding="utf-8")
-    gi.drift_report(path, tmp_path / "again", progress=False)
-    again = json.loads((tmp_path / "again" / "drift.json").read_text(encoding="utf-8"))
-    assert quantities(again) == quantities(record)
+    """Also from Python, step by step; the page names the command that it is given."""
+    (tmp_path / "again.toml").write_text(record["provenance"]["scene_toml"], encoding="utf-8")
+    scene = gi.load_scene(tmp_path / "again.toml").for_drift()
+    runs = gi.run_methods(scene, ["cf-4"], False)
+    page = write_drift_report(runs, tmp_path, "geomint drift x")
+    assert "geomint drift x" in page.read_text("utf-8")
+    again = record_of(tmp_path)
+    quantities, others = (r["methods"]["cf-4"]["quantities"] for r in (record, again))
+    assert quantities == others
     assert again["provenance"]["scene_hash"] == record["provenance"]["scene_hash"]
 
 
-class Links(HTMLParser):
-    def __init__(self):
-        super().__init__()
-        self.found, self.ids, self.images = [], [], []
-
-    def handle_starttag(self, tag, attributes):
-        named = dict(attributes)
-        self.found += [named[key] for key in ("src", "href", "action", "data") if key in named]
-        assert tag not in ("script", "link", "iframe", "object", "embed")
-        if tag == "img":
-            self.images.append(named)
-
-
 def test_the_page_loads_nothing(page):
-    links = Links()
-    links.feed(page)
-    assert links.found
-    assert all(link.startswith("data:image/svg+xml;base64,") for link in links.found)
-    assert "http" not in re.sub(r'"data:[^"]*"', "", page)
-    assert "@import" not in page
-    assert "url(" not in page
-
-
-def test_images_are_pictures_with_words(page):
-    links = Links()
-    links.feed(page)
-    assert len(links.images) == 10  # motion 4, two kinds beyond round-off, two folded
-    for image in links.images:
+    """Its images are pictures with words for those who cannot see them."""
+    assert page.links
+    assert all(link.startswith("data:image/svg+xml;base64,") for link in page.links)
+    text = re.sub(r'"data:[^"]*"', "", page.text)
+    assert not {words for words in ("http", "@import", "url(") if words in text}
+    assert len(page.images) == 8  # motion 4, two kinds beyond round-off
+    assert len(page.folded) == 2
+    for image in (*page.images, *page.folded):
         assert image["alt"]
         svg = base64.b64decode(image["src"].split(",", 1)[1]).decode("utf-8")
         assert "<svg" in svg
@@ -165,78 +158,140 @@ def test_the_page_tells_what_was_done(page, record):
         "trend over the run ≤",
         "No larger than 32 ε × scale: K, area",
         "(scale ",
+        "slope per unit of t",
         "prefers-color-scheme: dark",
         "@media print",
-        "width=device-width",
         record["provenance"]["scene_hash"],
         "The window means",
     ):
-        assert words in page
-    for quantity in quantities(record).values():
-        assert f'<span class="kind {quantity["class"]}">' in page
+        assert words in page.text
+    for quantity in record["methods"]["cf-4"]["quantities"].values():
+        assert f'<span class="kind {quantity["class"]}">' in page.text
 
 
-def test_titles_are_escaped(tmp_path):
-    scene = gi.load_scene("sphere-n3").changed(
-        title="<script>alert(1)</script> & co", time={"t_end": 1.0}
+def test_the_motion_comes_first(page, report):
+    """It is that of the run, by the same method and step."""
+    first, second, third = (image["alt"] for image in page.images[:3])
+    assert first == "the path of gamma on the unit sphere"
+    assert second == "the path of the contact point in the plane"
+    assert third.startswith("γ₁, γ₂, γ₃ over time")
+    assert page.text.index("The motion") < page.text.index("What was kept")
+    assert "k̇ = k × ω,  γ̇ = γ × ω" in page.text
+    stretch, plan = report.motion.stretch, report[0].plan
+    assert f"The first turns, t = 0 … {stretch.times[-1]:.4g}, by cf-4." in page.text
+    assert stretch.joined
+    run = gi.solve(
+        plan.problem, plan.state, t_end=40.0, method="cf-4", step=0.02, t_eval=stretch.times
     )
-    gi.drift_report(scene, tmp_path, progress=False)
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "<script>" not in page
-    assert "&lt;script&gt;alert(1)&lt;/script&gt; &amp; co" in page
+    np.testing.assert_allclose(stretch.states, run.y, atol=1e-13)
 
 
-def test_nothing_watched(tmp_path):
-    scene = gi.load_scene("sphere-n3").changed(observe={"quantities": []}, time={"t_end": 1.0})
-    gi.drift_report(scene, tmp_path, progress=False)
-    assert quantities(json.loads((tmp_path / "drift.json").read_text())) == {}
-    assert "No quantity was watched" in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
-def test_backwards(tmp_path):
-    scene = gi.load_scene("sphere-n3").changed(time={"t_end": -100.0})
-    solution = gi.drift_report(scene, tmp_path, progress=False)[0].solution
-    assert solution.tau[-1] == -100.0
-    assert solution.drift["energy"].slope is not None
-
-
-def test_physical_time_of_a_problem_in_tau(tmp_path):
-    scene = gi.load_scene("hamiltonized-n3").changed(time={"t_end": 50.0})
-    gi.drift_report(scene, tmp_path, progress=False)
-    record = json.loads((tmp_path / "drift.json").read_text())
-    assert record["methods"]["gauss-8"]["run"]["drift_time"] == record["time"] == "t"
-    assert "slope per unit of t" in (tmp_path / "report.html").read_text(encoding="utf-8")
-    own = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 50.0})
-    assert gi.drift_report(own, tmp_path, progress=False)[0].solution.drift_time == "tau"
-    assert "slope per unit of τ" in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
-def test_what_is_not_finite_is_null():
-    assert finite_json({"a": [math.nan, math.inf, 1.0], 1: None}) == {
-        "a": [None, None, 1.0],
-        "1": None,
-    }
-
-
-def test_numbers_for_readers():
-    assert number(None) == "—"
-    assert number(math.nan) == "not finite"
-    assert number(-1.234e-11) == "−1.23e-11"
-    assert number(0.0) == "0"
-    assert with_error(9.599333e-15, 2.3e-20) == "(9.599333 ± 0.000023)e-15"
-    assert with_error(-1.0e-20, 1.7e-20) == "(−1.0 ± 1.7)e-20"
-    assert with_error(0.0, 0.0) == "0"
-    assert with_error(None, None) == "—"
-    assert with_error(1.0, 0.0) == "(1.00 ± 0.00)e+00"
+def test_what_is_within_roundoff_is_folded(page, report):
+    """Their figures are in the table; one quantity beyond round-off shows its whole kind."""
+    shown, folded = by_roundoff(report)
+    assert list(shown) == ["energy", "measure"]
+    for images, kinds in ((page.images, shown), (page.folded, folded)):
+        alts = " ".join(image["alt"] for image in images)
+        assert all(name in alts for names in kinds.values() for name in names)
+    assert "32 ε × scale: K, area, norm, spatial-momentum</summary>" in page.text
+    run = report[0]
+    for name in ("K", "area", "norm", "spatial-momentum"):
+        assert run.drift[name].within_roundoff
+        assert f"{run.drift[name].max_abs_error:.3g}" in page.text
+    solution = copy.copy(run.solution)
+    lost = dataclasses.replace(run.drift["norm"], max_abs_error=1.0)
+    solution.drift = {**run.drift, "norm": lost}
+    result = gi.SeveralRuns(report.scene, [dataclasses.replace(run, solution=solution)])
+    shown, folded = by_roundoff(result)
+    assert shown["constraints"] == ["norm", "spatial-momentum"]
+    assert "constraints" not in folded
 
 
 @pytest.mark.usefixtures("blank_pictures")
-def test_a_report_of_python_is_that_of_the_command(tmp_path, report):
-    scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0}).for_drift()
-    page = write_drift_report(gi.run_methods(scene, ["cf-4"], False), tmp_path, "geomint drift x")
-    assert "geomint drift x" in page.read_text(encoding="utf-8")
-    one, other = (
-        quantities(json.loads((folder / "drift.json").read_text(encoding="utf-8")))
-        for folder in (tmp_path, report[0])
+def test_titles_are_escaped_and_runs_go_backwards(tmp_path):
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        title="<script>alert(1)</script> & co",
+        time={"t_end": -50.0},
+        drift={"quantities": ["energy"]},
     )
-    assert one == other
+    (run,) = gi.drift_report(scene, tmp_path, progress=False)
+    assert run.solution.t[-1] == pytest.approx(-50.0, rel=1e-12)
+    assert run.drift["energy"].slope is not None
+    text = Page(tmp_path).text
+    assert "&lt;script&gt;alert(1)&lt;/script&gt; &amp; co" in text
+    # Of a problem in τ whose end is in t, drifts are per unit of t.
+    assert run.solution.drift_time == record_of(tmp_path)["time"] == "t"
+    assert "slope per unit of t" in text
+
+
+@pytest.mark.usefixtures("blank_pictures")
+def test_nothing_watched(tmp_path):
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        time={"tau_end": 1.0}, drift={"quantities": []}
+    )
+    gi.drift_report(scene, tmp_path, progress=False)
+    assert record_of(tmp_path)["methods"]["gauss-8"]["quantities"] == {}
+    assert "No quantity was watched" in Page(tmp_path).text
+
+
+OTHERS = [name for name in gi.scene_names() if name != "homogeneous-n4"]
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [("homogeneous-n4", "rk-4"), *(pytest.param(n, "", marks=pytest.mark.nightly) for n in OTHERS)],
+)
+def test_every_scene_has_equations_and_a_picture(name, method):
+    """Where equal parameters are integrated in fewer dimensions, all are shown."""
+    scene = gi.load_scene(name)
+    for problem in scene.model.problems.values():
+        assert problem.equations, problem.name
+    end = {key: end / 50 for key, end in scene.sections["time"].items() if key.endswith("end")}
+    runs = gi.run_methods(scene.changed(time=end).for_drift(), [method or scene.method.name], False)
+    motion = runs.motion
+    assert motion.stretch.joined
+    assert motion.stretch.states.shape == (len(motion.stretch.times), motion.problem.rows)
+    assert len(motion.stretch.times) <= 20_000
+    assert len(motion_draws(runs)) >= 2
+
+
+@pytest.mark.parametrize("rows", [(1,), (2,), (1, 1), (9,)])
+def test_systems_without_a_sphere(rows, report):
+    """Of one number there is no plane; units are those of the problem."""
+    pieces = tuple((f"y{i}", count) for i, count in enumerate(rows))
+    falling = gi.field(lambda params, t, y, out, work: None)
+    problem = gi.Problem("falling", pieces, field=falling, units={"t": "s", "y": "m"})
+    times = np.linspace(0.0, 2.0, 5)
+    states = np.exp(-np.outer(times, 1.0 + np.arange(sum(rows))))
+    stretch = dataclasses.replace(report.motion.stretch, times=times, own=times, states=states)
+    motion = dataclasses.replace(report.motion, problem=problem, stretch=stretch)
+    draws = motion_draws(gi.SeveralRuns(SCENE, motion=motion))
+    assert sum(each.square for each in draws) == (sum(rows) > 1)
+    for each in draws:
+        axes = Figure().subplots()
+        each.draw(axes)
+        assert "(m)" in axes.get_ylabel()
+        assert axes.get_xlabel() in ("t (s)", "y0₁ (m)", "y0 (m)")
+        drawn = axes.get_lines()[0].get_xydata()
+        x = times if axes.get_xlabel() == "t (s)" else states[:, 0]
+        np.testing.assert_array_equal(drawn, np.c_[x, states[:, int(x is not times)]])
+    assert motion_draws(gi.SeveralRuns(SCENE)) == []
+
+
+def test_numbers_for_readers():
+    assert [number(x) for x in (None, math.nan, -1.234e-11, 0.0)] == [
+        "—", "not finite", "−1.23e-11", "0",
+    ]  # fmt: skip
+    for value, error, told, short in (
+        (9.599333e-15, 2.3e-20, "(9.599333 ± 0.000023)e-15", "9.6e-15"),
+        (-1.0e-20, 1.7e-20, "(−1.0 ± 1.7)e-20", "(−1.0 ± 1.7)e-20"),
+        (1.0, 1e-5, "(1.000000 ± 0.000010)e+00", "1"),
+        (1.0, 0.5, "(1.00 ± 0.50)e+00", "(1.00 ± 0.50)e+00"),
+        (1.0, 0.0, "(1.00 ± 0.00)e+00", "(1.00 ± 0.00)e+00"),
+        (0.0, 0.0, "0", "0"),
+        (None, None, "—", "—"),
+    ):
+        assert (with_error(value, error), short_slope(value, error)) == (told, short)
+    for seconds, told in ((0.0, "–"), (1.25e-6, "1.25\u202fµs"), (0.034, "34\u202fms"),
+                          (3e-9, "3\u202fns"), (5.6, "5.6\u202fs")):  # fmt: skip
+        assert duration(seconds) == told
