@@ -6,12 +6,40 @@ import numpy as np
 import numpy.typing as npt
 
 import geomint as gi
-from geomint.watch.drift import drift_of_run, walk_level
-from geomint.watch.windows import Series
+from geomint.watch.drift import Windows, drift_of_run, walk_level
 
-__all__ = ["drift_of_series"]
+__all__ = ["drift_of_series", "windows_of"]
 
+MOST = 1024
 Array = npt.NDArray[np.float64]
+
+
+def windows_of(times: Array, values: Array, initial: float = 0.0) -> Windows:
+    """Return the windows of a series from `initial` at time 0, cut at once.
+
+    Fewer than 1024 of them, each of the least power of two of samples for which that is so.
+    """
+    count, length = len(times), 1
+    while count // length >= MOST:
+        length *= 2
+    full = count - count % length
+    with np.errstate(over="ignore", invalid="ignore"):
+        deviations = np.asarray(values, dtype=np.float64) - initial
+        rows = deviations[:full].reshape(-1, length)
+        means = [(x / length).sum(axis=1) for x in (times[:full].reshape(-1, length), rows)]
+    late = np.flatnonzero(~np.isfinite(deviations))
+    first = 0.0 if not np.isfinite(initial) else float(times[late[0]]) if len(late) else None
+    return Windows(
+        initial,
+        float(times[-1]) if count else 0.0,
+        float(deviations[-1]) if count else 0.0,
+        length,
+        count,
+        float(np.abs(deviations).max(initial=0.0)),
+        first,
+        np.array([*means, np.abs(rows).max(axis=1)]),
+        np.array([times[full:], deviations[full:]]),
+    )
 
 
 def drift_of_series(
@@ -30,17 +58,8 @@ def drift_of_series(
         What a rounding error of the quantity is measured against.
     explained : float, optional
         How large a random walk of rounding errors may get. Default: that of a step a sample.
-
-    Raises
-    ------
-    DomainError
-        For times that are not finite, that are all the same, or that go forth and back.
     """
-    series = Series(np.array([initial]), 0.0)
-    series.add(times, np.asarray(values, dtype=np.float64)[None, :])
-    (windows,) = series.windows()
-    if not windows.in_order:
-        raise gi.DomainError("times", windows.times, "finite times that go on in one direction")
+    windows = windows_of(times, values, initial)
     if explained is None:
         explained = walk_level(scale, windows.samples)
     return drift_of_run(name, windows, scale, explained)

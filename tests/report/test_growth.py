@@ -1,4 +1,4 @@
-"""The statistical rule on synthetic series whose growth is known: how often is it wrong?"""
+"""How a quantity grows: windows of a run, and the statistical rule on series whose growth is known."""
 
 import importlib.util
 from collections import Counter
@@ -6,15 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import example, given, strategies as st
 
-from geomint import DomainError
-from geomint.watch.drift import (
-    ROUNDOFF,
-    not_finite,
-    walk_level,
-)
-from geomint.watch.growth import CLASSES, RULE
-from tests.series import drift_of_series
+import geomint as gi
+from tests.rows import examples
+from tests.series import drift_of_series, windows_of
 
 SAMPLES = 20_000
 T = np.arange(1, SAMPLES + 1) / SAMPLES
@@ -63,6 +59,27 @@ def counted(name, samples, seeds, sizes=BENCHMARK.SIZES):
     return said
 
 
+STILL = gi.Problem(
+    "still", (("y", 1),), field=gi.field(lambda params, t, y, out, work: out.__setitem__(0, 0.0))
+)
+
+
+@examples(4)
+@example(1024, [])
+@example(63, [1, 62])
+@given(st.integers(1, 5000), st.lists(st.integers(1, 5000), max_size=9))
+def test_windows_are_what_they_say_and_do_not_depend_on_cuts(count, cuts):
+    """Of a run that is cut at some times, and in chunks between."""
+    run = {"t_end": float(count), "step": 1.0, "method": "heun-2", "compiled": False}
+    watched = {"v": lambda params, t, y, work: 2.0 + gi.sin(0.7 * t)}
+    times = np.arange(1.0, count + 1.0)
+    expected = windows_of(times, 2.0 + np.sin(0.7 * times), 2.0)
+    for breaks in ([], sorted({float(cut) for cut in cuts if cut < count})):
+        drift = gi.solve(STILL, [1.0], observe=watched, breaks=breaks, **run).drift["v"]
+        for name, value in vars(expected).items():
+            assert getattr(drift.windows, name) == pytest.approx(value, abs=1e-9), name
+
+
 # What 2000 samples often leave undetermined; of the others most are right.
 HARD = {"white noise", "quantised noise", "eight frequencies", "exponential", "line and outlier"}
 
@@ -70,10 +87,10 @@ HARD = {"white noise", "quantised noise", "eight frequencies", "exponential", "l
 @pytest.mark.parametrize("name", FAMILIES)
 def test_classes_are_calibrated(name):
     """False claims in 5 % at most, and undetermined is not the answer to everything."""
-    said = counted(name, 2_000, range(20), ["walk"])
+    said = counted(name, 2_000, range(12), ["walk"])
     assert said["false"] <= 1, said
-    assert said["below"] <= 3, said  # of 20; more are drawn below
-    assert said["right"] >= (2 if name in HARD else 14), said
+    assert said["below"] <= 3, said  # more are drawn below
+    assert said["right"] >= (1 if name in HARD else 7), said
 
 
 @pytest.mark.nightly
@@ -85,22 +102,21 @@ def test_classes_are_calibrated_at_all_lengths_and_sizes(name, samples):
     assert said["below"] <= 0.05 * 150 + 3, said
 
 
-@pytest.mark.parametrize("phase", [0.0, 1.0, 2.5, 4.0])
-@pytest.mark.parametrize(
-    ("part", "periods"), [(0.5, 8.3), (0.1, 8.3), (0.2, 8.3), (0.3, 8.3), (1.0, 20.3)]
+@given(
+    st.sampled_from([(0.5, 8.3), (0.1, 8.3), (0.2, 8.3), (0.3, 8.3), (1.0, 20.3)]),
+    st.floats(0.0, 6.28),
 )
-def test_a_line_below_an_oscillation_is_linear(part, periods, phase):
+def test_a_line_below_an_oscillation_is_linear(part, phase):
     """Never bounded nor sqrt, at a size that rounding explains as well as at another."""
+    oscillation = part[0] * sine(part[1], phase)
     for scale in (0.0, 1e6 / EPSILON**0.5):
-        drift = drift_of(T + part * sine(periods, phase), scale)
+        drift = drift_of(T + oscillation, scale)
         assert drift.drift_class == "linear"
         assert drift.trend_bound >= 1.0
-        square = drift_of(T**2 + part * sine(periods, phase), scale)
-        assert square.drift_class == "faster"
+        assert drift_of(T**2 + oscillation, scale).drift_class == "faster"
 
 
-@pytest.mark.parametrize("rise", [0.12, 0.2, 0.5])
-@pytest.mark.parametrize("samples", [100, 400, 1023])
+@pytest.mark.parametrize(("rise", "samples"), [(0.12, 1023), (0.2, 400), (0.5, 100)])
 def test_bounded_means_that_a_trend_is_excluded(rise, samples):
     """Noise with a trend of more than 0.1 of the largest deviation is called bounded in 5 %."""
     rng = np.random.default_rng(4)
@@ -147,14 +163,9 @@ def test_random_walks_are_of_rounding_size():
     assert kind_of(EPSILON * walk, scale=1.0) == "sqrt"
     assert kind_of(1e-8 * walk, scale=1.0) == "undetermined"
     assert kind_of(walk) == "undetermined"
-    level = walk_level(1.0, 10**6)
-    assert 1e-13 < level < 1e-12
-    largest = np.abs(walk).max()
-    assert drift_of(0.9 * level / largest * walk, 1.0, explained=level).drift_class == "sqrt"
-    assert (
-        drift_of(1.1 * level / largest * walk, 1.0, explained=level).drift_class == "undetermined"
-    )
-    assert walk_level(1.0, 1) == ROUNDOFF
+    level = 4.0 * EPSILON * SAMPLES**0.5 / np.abs(walk).max()
+    assert kind_of(0.99 * level * walk, scale=1.0) == "sqrt"
+    assert kind_of(1.01 * level * walk, scale=1.0) == "undetermined"
 
 
 def test_jumps_have_their_name_size_and_time():
@@ -231,7 +242,7 @@ def test_what_begins_at_the_end_is_not_bounded():
         assert kind_of(spike) == "undetermined"
 
 
-@pytest.mark.parametrize("count", [64, 100, 512, 1023, 1024, 5000, 200_000])
+@pytest.mark.parametrize("count", [64, 1023, 1024, 50_000])
 def test_the_rule_does_not_depend_on_the_number_of_samples(count):
     t = np.arange(1, count + 1) / count
     rng = np.random.default_rng(3)
@@ -262,14 +273,13 @@ def test_what_is_not_finite_has_its_class():
     assert drift.drift_class == "not finite"
     assert drift.not_finite_from == SAMPLES // 2 + 1
     assert (drift.slope, drift.trend_bound) == (None, None)
-    assert not_finite({"a": drift, "b": drift_of(T)}) == "'a' is not finite from 10001 on"
     assert drift_of([], initial=np.nan).drift_class == "not finite"
     assert drift_of([1.0], initial=np.nan).not_finite_from == 0.0
 
 
-@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150, 1e307])
+@pytest.mark.parametrize("factor", [1e-300, 1e16, 1e307])
 def test_scale_and_sign_do_not_matter(factor):
-    for name in ("line and 1 sine", "eight frequencies", "jump and noise", "white noise"):
+    for name in ("line and 1 sine", "jump and noise", "white noise"):
         series = FAMILIES[name].series(np.random.default_rng(5), T[::10] * 1.0)
         assert kind_of(series) == kind_of(-series) == kind_of(factor * series)
 
@@ -295,18 +305,11 @@ def test_times_need_not_be_even():
     assert drift.slope == pytest.approx(0.003, rel=0.05)
 
 
-@pytest.mark.parametrize(
-    "times",
-    [
-        np.ones(100),
-        np.full(100, np.nan),
-        np.r_[np.arange(99.0), np.inf],
-        np.r_[np.arange(50.0), np.arange(50.0)],
-    ],
-)
-def test_times_go_on(times):
-    with pytest.raises(DomainError, match="finite times that go on in one direction"):
-        drift_of_series("v", times, T[:100], 0.0)
+def test_of_times_that_do_not_go_on_nothing_is_known():
+    forth = np.arange(1.0, 101.0)
+    assert drift_of_series("v", forth, T[:100], 0.0).drift_class == "linear"
+    for times in (np.ones(100), np.r_[forth[:99], np.inf], np.r_[forth[:50], forth[:50]]):
+        assert drift_of_series("v", times, T[:100], 0.0).drift_class == "undetermined"
 
 
 def test_numbers_too_large_for_a_float_are_none():
@@ -316,10 +319,6 @@ def test_numbers_too_large_for_a_float_are_none():
     assert drift.trend_bound == pytest.approx(1.7e308, rel=1e-3)
     jump = drift_of(np.where(T > 0.5, 1.7e308, -1.7e308))
     assert (jump.drift_class, jump.jump_size) == ("jump", None)
-
-
-def test_every_class_is_explained():
-    assert set(RULE) == set(CLASSES)
 
 
 def test_the_slope_of_a_line_is_its_slope():

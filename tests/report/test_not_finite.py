@@ -9,10 +9,9 @@ from click.testing import CliRunner
 import geomint as gi
 from geomint.cli import main
 from geomint.plan import Plan
-from geomint.watch import functions
-from geomint.watch.growth import NOT_FINITE
-from geomint.watch.windows import Series
 from tests.series import drift_of_series
+
+NOT_FINITE = "not finite"
 
 
 @gi.field
@@ -21,28 +20,15 @@ def turning(params, t, y, out, work):
     out[1] = -y[0]
 
 
-@gi.observable
-def logarithm(params, t, y, work):
-    return gi.log(y[0])
-
-
-@gi.observable
-def area(params, t, y, work):
-    return y[0] * y[0] + y[1] * y[1]
-
-
-@gi.observable
-def density(params, t, y, work):
-    return gi.log(y[0])
-
-
+logarithm = gi.observable(lambda params, t, y, work: gi.log(y[0]))
+area = gi.observable(lambda params, t, y, work: y[0] * y[0] + y[1] * y[1])
 PROBLEM = gi.Problem(
     name="turning",
     pieces=(("q", 1), ("p", 1)),
     field=turning,
     invariants={"area": area},
     observables={"logarithm": logarithm},
-    measure=gi.Measure(density),
+    measure=gi.Measure(logarithm),
 )
 
 
@@ -51,7 +37,8 @@ def solved(observe, **more):
     return gi.solve(PROBLEM, [1.0, 0.0], observe=observe, **arguments)
 
 
-def test_an_observable_that_is_not_finite():
+def test_an_observable_that_is_not_finite(tmp_path):
+    """Status, message and drift say so, in a file too."""
     solution = solved("all", t_end=3.0, step=0.02)
     assert solution.status == NOT_FINITE
     assert not solution.success
@@ -62,6 +49,12 @@ def test_an_observable_that_is_not_finite():
         assert f"'{name}' is not finite from 1.5" in solution.message
     assert solution.drift["area"].drift_class != NOT_FINITE
     assert np.isfinite(solution.y).all()
+    assert solution.plot_drift().axes
+    solution.save(tmp_path / "run.nc")
+    saved = gi.load(tmp_path / "run.nc")
+    assert saved.provenance["status"] == NOT_FINITE
+    assert saved.drift["logarithm"].drift_class == NOT_FINITE
+    assert saved.drift["logarithm"].windows.not_finite_from == found.not_finite_from
     assert solved("area").status == "success"
 
 
@@ -73,6 +66,7 @@ def test_what_is_finite_and_huge_is_measured():
         "line": lambda params, t, y, work: 8e307 * y[0] + 8e307 * (t / 100.0),
         "beyond": lambda params, t, y, work: 1.7e308 * y[0],
         "near 0": lambda params, t, y, work: y[1] + 1e-310,
+        "never": lambda params, t, y, work: gi.log(-1.0 - y[0]),
     }
     solution = solved(huge, t_end=100.0, step=0.05)
     kinds = {name: drift.drift_class for name, drift in solution.drift.items()}
@@ -82,8 +76,11 @@ def test_what_is_finite_and_huge_is_measured():
         "line": "linear",
         "beyond": NOT_FINITE,
         "near 0": "bounded",
+        "never": NOT_FINITE,
     }
     assert solution.status == NOT_FINITE
+    assert solution.drift["never"].not_finite_from == 0.0
+    assert 1.5 < solution.drift["beyond"].not_finite_from < 3.2
     assert solution.drift["line"].slope == pytest.approx(8e305, rel=0.05)
     assert solution.drift["cosine"].max_rel_error == pytest.approx(2.0, rel=1e-3)
     for name in ("sine", "beyond", "near 0"):
@@ -104,73 +101,31 @@ def test_a_clock_that_stands_still_loses_no_run():
     assert (found.drift_class, found.slope) == ("undetermined", None)
 
 
-def test_it_is_kept_in_a_file(tmp_path):
-    solution = solved(["logarithm"], t_end=3.0)
-    solution.save(tmp_path / "run.nc")
-    saved = gi.load(tmp_path / "run.nc")
-    assert saved.provenance["status"] == NOT_FINITE
-    assert saved.drift["logarithm"].drift_class == NOT_FINITE
-    assert saved.drift["logarithm"].windows.not_finite_from == pytest.approx(1.58)
-    assert solution.plot_drift().axes
-
-
-@pytest.fixture
-def _vanishing(monkeypatch):
-    """The second method of several loses its measure half-way."""
+def test_a_report_and_the_command(tmp_path, monkeypatch):
+    """The second of two methods loses its energy half-way; nothing of it counts as a success."""
     solve = Plan.solve
 
     def spoiled(plan, progress):
         solution = solve(plan, progress)
         if plan.scene.method.name == "rk-4":
-            scale = solution.drift["energy"].scale
             values = np.where(np.arange(100) < 50, 1e-9, np.nan)
-            spoiled = drift_of_series("energy", np.arange(1.0, 101.0), values, scale)
-            solution.drift["energy"] = spoiled
+            drift = drift_of_series("energy", np.arange(1.0, 101.0), values, 1.0)
+            solution.drift["energy"] = drift
             solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
         return solution
 
     monkeypatch.setattr(Plan, "solve", spoiled)
-
-
-@pytest.mark.usefixtures("_vanishing")
-def test_a_report_of_several_methods(tmp_path):
-    scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 20.0})
-    runs = gi.drift_report(scene, tmp_path, False, methods=["gauss-8", "rk-4"])
-    assert runs["rk-4"].status == NOT_FINITE
-    assert runs["rk-4"].title == "rk-4 (not finite)"
-    assert runs.status == NOT_FINITE
-    record = json.loads((tmp_path / "drift.json").read_text("utf-8"))
-    entry = record["methods"]["rk-4"]
-    assert (entry["status"], record["status"]) == (NOT_FINITE, NOT_FINITE)
-    quantity = entry["quantities"]["energy"]
-    assert quantity["class"] == NOT_FINITE
-    assert quantity["max_abs_error"] is None
-    assert quantity["not_finite_from"] == 51.0
-    page = (tmp_path / "report.html").read_text("utf-8")
-    assert '<span class="kind not-finite">not finite</span>' in page
-    assert "rk-4: not finite, not a success." in page
-
-
-class Vanishing(Series):
-    """Series of quantities that are infinite from time 30 on."""
-
-    def add(self, times, values):
-        super().add(times, np.where(times < 30.0, values, np.inf))
-
-
-def test_a_report_and_the_command(tmp_path, monkeypatch):
-    monkeypatch.setattr(functions, "Series", Vanishing)
-    command = ["drift", "hamiltonized-n3", "--tau-end", "50", "--out", str(tmp_path)]
-    result = CliRunner().invoke(main, command)
-    assert result.exit_code == 2
-    assert "Infinite or not a number: energy (from τ = 30 on)" in " ".join(result.output.split())
-    record = json.loads((tmp_path / "drift.json").read_text("utf-8"))
-    (entry,) = record["methods"].values()
-    assert entry["run"]["status"] == entry["status"] == record["status"] == NOT_FINITE
-    energy = entry["quantities"]["energy"]
-    assert energy["class"] == NOT_FINITE
-    assert energy["not_finite_from"] == pytest.approx(30.0, abs=0.3)
-    assert energy["final_error"] is None
-    page = (tmp_path / "report.html").read_text("utf-8")
-    assert "not a success" in page
-    assert '<span class="kind not-finite">not finite</span>' in page
+    command = ["drift", "hamiltonized-n3", "--tau-end", "20", "--out", str(tmp_path)]
+    for given, runs in ((["--methods", "gauss-8,rk-4"], 2), (["--method", "rk-4"], 1)):
+        result = CliRunner().invoke(main, [*command, *given])
+        assert result.exit_code == 2
+        record = json.loads((tmp_path / "drift.json").read_text("utf-8"))
+        entry, page = record["methods"]["rk-4"], (tmp_path / "report.html").read_text("utf-8")
+        assert len(record["methods"]) == runs
+        assert entry["run"]["status"] == entry["status"] == record["status"] == NOT_FINITE
+        quantity = entry["quantities"]["energy"]
+        assert (quantity["class"], quantity["not_finite_from"]) == (NOT_FINITE, 51.0)
+        assert quantity["max_abs_error"] is quantity["final_error"] is None
+        assert '<span class="kind not-finite">not finite</span>' in page
+        assert "rk-4: not finite, not a success." in page
+    assert "Infinite or not a number: energy (from τ = 51 on)" in " ".join(result.output.split())
