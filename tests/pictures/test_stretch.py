@@ -1,15 +1,15 @@
-"""Samples of a run for pictures: near the motion where lines join them, and said where not."""
+"""Samples of a run that pictures show: near the motion where lines join them, and said where not."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.run import stretch as module
-from geomint.run.stretch import MOST, NEAR, stretch_of, with_times
+
+NEAR = 1e-3  # of what is seen: as far as a line may be from the motion
 
 
 @gi.field
@@ -19,9 +19,7 @@ def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[2] = 0.0 * y[0]
 
 
-@gi.observable
-def rate(params: Any, t: Any, y: Any, work: Any) -> Any:
-    return 2.0 + y[0]
+rate = gi.observable(lambda params, t, y, work: 2.0 + y[0])
 
 
 def circle(omega: float = 1.0, tau: bool = False) -> gi.Problem:
@@ -32,99 +30,104 @@ def circle(omega: float = 1.0, tau: bool = False) -> gi.Problem:
 def run(end: float, **given: Any) -> gi.Solution:
     problem = given.pop("problem", circle())
     ends = {"tau_end": end} if problem.time == "tau" else {"t_end": end}
-    more = {"method": "gauss-4", "step": 0.25, **ends, **given}
-    return gi.solve(problem, [1.0, 0.0, 0.7], progress=False, **more)
+    more = {"method": "gauss-4", "step": 0.25, "y0": [1.0, 0.0, 0.7], **ends, **given}
+    return gi.solve(problem, progress=False, **more)
 
 
-def off(stretch: Any) -> float:
-    """How far lines are from the circle, at their middles."""
-    middles = 0.5 * (stretch.states[1:, :2] + stretch.states[:-1, :2])
-    return float(np.max(1.0 - np.hypot(*middles.T)))
+class Shown(NamedTuple):
+    """What a plot shows: the samples, whether lines join them, and what is written above."""
+
+    times: Any
+    states: Any
+    joined: bool
+    words: str
+    label: str
+
+    @property
+    def off(self) -> float:
+        """How far lines are from the circle, at their middles."""
+        middles = 0.5 * (self.states[1:, :2] + self.states[:-1, :2])
+        return float(np.max(1.0 - np.hypot(*middles.T)))
+
+
+def shown(solution: gi.Solution, span: Any = None) -> Shown:
+    (axes,) = solution.plot(span=span).axes
+    states = np.stack([line.get_ydata() for line in axes.lines], axis=1)
+    joined = {line.get_linestyle() != "None" for line in axes.lines}
+    assert len(joined) == 1
+    title, label = axes.get_title(loc="left"), axes.get_xlabel()
+    return Shown(axes.lines[0].get_xdata(), states, joined.pop(), title, label)
 
 
 @pytest.mark.parametrize("end", [3.0, 80.0, -30.0, 400.0 * 2.0 * np.pi / 8.0])
 def test_lines_between_samples_are_near_the_motion(end: float) -> None:
     """For the last end equal times are whole turns apart, where states are all alike."""
-    stretch = stretch_of(run(end, dense=True))
-    assert stretch.joined
-    assert off(stretch) < 2.0 * NEAR
-    assert stretch.note == ""
-    assert (stretch.times[0], stretch.times[-1]) == (0.0, pytest.approx(end, rel=1e-15))
-    truth = np.stack([np.cos(stretch.times), np.sin(stretch.times)], axis=1)
-    np.testing.assert_allclose(stretch.states[:, :2], truth, atol=1e-6)
-
-
-def test_whole_turns_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where samples of the coarsest grid are whole turns apart."""
-    monkeypatch.setattr(module, "FEW_STEPS", 0)
-    stretch = stretch_of(run(module.COARSE * 2.0 * np.pi, dense=True, step=0.5))
-    assert off(stretch) < 2.0 * NEAR
+    found = shown(run(end, dense=True))
+    assert found.joined
+    assert found.off < 2.0 * NEAR
+    assert "\n" not in found.words
+    assert (found.times[0], found.times[-1]) == (0.0, pytest.approx(end, rel=1e-15))
+    truth = np.stack([np.cos(found.times), np.sin(found.times)], axis=1)
+    np.testing.assert_allclose(found.states[:, :2], truth, atol=1e-6)
 
 
 def test_of_a_long_run_the_beginning_is_shown() -> None:
-    solution = run(3000.0, dense=True, step=0.5)
-    stretch = stretch_of(solution)
-    assert len(stretch.times) <= MOST + 1
-    assert stretch.times[-1] < 3000.0
-    assert stretch.note.startswith("the first 0.")
-    assert off(stretch) < 2.0 * NEAR
-    part = stretch_of(solution, (2990.0, 3000.0))
+    """Samples of the coarsest grid are whole turns apart: these are seen."""
+    solution = run(4000.0 * np.pi, dense=True, step=0.5)
+    found = shown(solution)
+    assert len(found.times) <= 8001
+    assert found.times[-1] < 4000.0
+    assert "\nthe first 0." in found.words
+    assert found.off < 2.0 * NEAR
+    part = shown(solution, (2990.0, 3000.0))
     assert part.times[[0, -1]].tolist() == [2990.0, 3000.0]
-    assert part.note == ""
+    assert "\n" not in part.words
+    turns = shown(run(800.0 * np.pi, dense=True, step=0.015))  # more steps than are looked at
+    assert turns.off < 2.0 * NEAR
 
 
 def test_saved_states_are_joined_where_they_are_dense() -> None:
-    fine = stretch_of(run(10.0, save_every=1, step=0.02))
-    assert fine.joined
-    assert off(fine) < 2.0 * NEAR
-    coarse = stretch_of(run(40.0, save_every=8))
+    """As many as lines need, the last one too."""
+    many = shown(run(40.0, save_every=1, step=0.002))
+    assert many.joined
+    assert len(many.times) < 5000
+    assert many.times[-1] == 40.0
+    assert many.off < 8.0 * NEAR
+    coarse = shown(run(40.0, save_every=8))
     assert not coarse.joined
-    assert "too far apart" in coarse.note
-
-
-def test_many_saved_states_are_thinned() -> None:
-    """As long as lines are near the motion, and the last one is kept."""
-    stretch = stretch_of(run(40.0, save_every=1, step=0.002))
-    assert len(stretch.times) < 5000
-    assert stretch.times[-1] == 40.0
-    assert off(stretch) < 8.0 * NEAR
-    assert stretch.joined
+    assert "21 saved states, too far apart" in coarse.words
 
 
 @pytest.mark.parametrize("dense", [True, False])
 def test_a_state_that_does_not_move(dense: bool) -> None:
-    at_rest = gi.solve(
-        circle(), [0.0, 0.0, 0.7], t_end=4.0, step=0.5, method="gauss-1", dense=dense,
-        save_every=1, progress=False,
-    )  # fmt: skip
-    stretch = stretch_of(at_rest)
-    assert stretch.joined
-    assert np.ptp(stretch.states) == 0.7
+    found = shown(run(4.0, y0=[0.0, 0.0, 0.7], dense=dense, save_every=1, step=0.5))
+    assert found.joined
+    assert (found.states == [0.0, 0.0, 0.7]).all()
 
 
 def test_what_moves_by_roundings_alone_is_constant() -> None:
-    """Else no step would be short enough for it."""
-    stretch = stretch_of(run(80.0, dense=True, problem=circle(1e-15)))
-    assert stretch.joined
-    assert len(stretch.times) < 500
-
-
-def test_roundings_beside_a_motion_are_constant() -> None:
-    times = np.linspace(0.0, 6.0, 400)
-    noise = 1.0 + 4e-16 * np.random.default_rng(1).integers(-2, 3, len(times))
-    assert module._joined(times, np.stack([np.cos(times), noise], axis=1))
-    assert not module._joined(times, np.stack([np.cos(times), 1e9 * (noise - 1.0)], axis=1))
+    """Else no step would be short enough for it, and nothing beside it be joined."""
+    found = shown(run(80.0, dense=True, problem=circle(1e-15)))
+    assert found.joined
+    assert len(found.times) < 500
+    noisy = gi.Problem("noisy", (("y", 3),), [1.0], field=turning)
+    solution = run(6.0, problem=noisy, save_every=1, step=0.02)
+    noise = np.random.default_rng(1).integers(-2, 3, len(solution.t))
+    for size, joined in ((4e-16, True), (4e-7, False)):
+        solution.y[:, 2] = 1.0 + size * noise
+        assert shown(solution).joined is joined
 
 
 def test_physical_times_of_a_problem_in_tau() -> None:
-    solution = run(8.0, problem=circle(tau=True), dense=True, clock=True)
-    stretch = stretch_of(solution, (2.0, 9.0))
-    assert stretch.time == "t"
-    assert stretch.times[[0, -1]].tolist() == [2.0, 9.0]
-    clock = 2.0 * stretch.own + np.sin(stretch.own)  # ∫ 2 + cos τ
-    np.testing.assert_allclose(clock, stretch.times, atol=1e-6)
-    plain = stretch_of(run(8.0, problem=circle(tau=True), dense=True, clock=False))
-    assert plain.time == "tau"
+    given = {"method": "rk-4", "step": 0.05, "compiled": False, "dense": True}
+    solution = run(8.0, problem=circle(tau=True), clock=True, **given)
+    found = shown(solution, (2.0, 9.0))
+    assert found.label == "t (dimensionless)"
+    assert found.times[[0, -1]].tolist() == [2.0, 9.0]
+    tau = np.unwrap(np.arctan2(found.states[:, 1], found.states[:, 0]))
+    np.testing.assert_allclose(2.0 * tau + np.sin(tau), found.times, atol=1e-6)  # ∫ 2 + cos τ
+    plain = shown(run(8.0, problem=circle(tau=True), clock=False, **given))
+    assert plain.label == "τ (dimensionless)"
 
 
 @pytest.mark.parametrize(
@@ -141,22 +144,11 @@ def test_physical_times_of_a_problem_in_tau() -> None:
 )
 def test_what_cannot_be_shown(given: dict[str, Any], span: Any, told: str) -> None:
     with pytest.raises(gi.DomainError, match=told):
-        stretch_of(run(10.0, **given), span)
+        shown(run(10.0, **given), span)
 
 
 def test_a_span_may_be_given_the_other_way_round() -> None:
-    one, other = (stretch_of(run(-10.0, dense=True), s) for s in ((-2.0, -6.0), (-6.0, -2.0)))
+    solution = run(-10.0, dense=True)
+    one, other = (shown(solution, span) for span in ((-2.0, -6.0), (-6.0, -2.0)))
     assert one.times.tolist() == other.times.tolist()
     assert one.times[0] == -2.0
-
-
-@pytest.mark.parametrize("end", [10.0, -10.0])
-@pytest.mark.parametrize("given", [{"dense": True}, {"save_every": 1, "step": 0.02}])
-def test_further_times(end: float, given: dict[str, Any]) -> None:
-    solution = run(end, **given)
-    stretch = stretch_of(solution)
-    times = end * np.linspace(0.0, 1.0, 24)
-    every, rows = with_times(solution, stretch, times)
-    assert np.all(np.diff(np.abs(every.times)) > 0.0)
-    np.testing.assert_allclose(every.times[rows], times, atol=1e-12 if "dense" in given else 0.03)
-    assert (rows[0], rows[-1]) == (0, len(every.times) - 1)
