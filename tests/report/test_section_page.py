@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
-from geomint.plan import plan_section
-from geomint.run import poincare
+from geomint.plan import SectionPlan, plan_section
+from geomint.report.section_page import write_section_report
 
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -49,17 +52,36 @@ def test_report(tmp_path: Path) -> None:
     np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
 
 
+def test_pictures_do_not_depend_on_the_users_settings(tmp_path: Path) -> None:
+    """Page and files show the same; a file has a ground of its own, as viewers may be dark."""
+    plan = plan_section(gi.Scene(**SCENE))
+    section, made = plan.run(), []
+    theirs = {"text.usetex": True, "savefig.format": "pdf", "savefig.bbox": "tight"}
+    theirs |= {"svg.fonttype": "none", "path.simplify": False, "figure.facecolor": "red"}
+    for settings in ({}, theirs):
+        with mpl.rc_context(settings):
+            page = write_section_report(plan, section, tmp_path).read_text("utf-8")
+        files = [(tmp_path / f"section.{ending}").read_bytes() for ending in ("png", "svg")]
+        shown = base64.b64decode(re.search('src="data:image/svg[^,]*,([^"]*)', page)[1])
+        made.append((*files, shown))
+    assert made[0] == made[1]
+    png, svg, shown = made[0]
+    assert len(png) > 10_000
+    ground = b'<rect width="100%" height="100%" fill="#ffffff"/>'
+    assert ground not in shown
+    assert svg.replace(ground, b"", 1) == shown
+
+
 def test_the_scene_says_as_much_as_the_arguments() -> None:
+    """Events decide what is computed, and so the hash; sections do not."""
     scene = gi.Scene(**SCENE)
-    given = plan_section(scene, event="gamma[1]", direction="down", level=0.25, points=4)
-    written = plan_section(
-        scene.changed(
-            section={"event": "gamma[1]", "direction": "down", "level": 0.25, "points": 4}
-        )
-    )
+    keys = {"event": "gamma[1]", "direction": "down", "level": 0.25, "points": 4}
+    given, written = plan_section(scene, **keys), plan_section(scene.changed(section=keys))
     assert given.event == written.event == gi.Event("gamma[1]", "down", level=0.25)
     assert given.scene.content == written.scene.content
     assert gi.Scene(**given.scene.sections).content == given.scene.content
+    assert scene.hash == gi.Scene(**{**SCENE, "section": {"points": 5}}).hash
+    assert scene.hash != gi.Scene(**{**SCENE, "events": {}}).hash
 
 
 def test_what_is_integrated() -> None:
@@ -77,11 +99,21 @@ def test_what_is_integrated() -> None:
 
 def test_the_exact_flow() -> None:
     """Without steps, at the points of a run with steps; refused where there is none."""
-    scene = gi.load_scene("hamiltonized-n3").changed(section={"event": "gamma[2]", "points": 15})
-    exact = plan_section(scene.changed(integrate={"exact": True})).run()
-    steps = plan_section(scene).run()
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        section={"event": "gamma[2]", "points": 15},
+        observe={"quantities": []},
+        time={"tau_end": 12.0},
+        events={"equator": {"what": "gamma[2]"}},
+    )
+    given = scene.changed(integrate={"exact": True})
+    exact, steps = plan_section(given).run(), plan_section(scene).run()
     assert (exact.steps, exact.method.name) == (0, "exact")
     np.testing.assert_allclose(exact.y, steps.y, rtol=0, atol=1e-9)
+    run = gi.make_plan(given).solve(progress=False)
+    assert run.steps == 0
+    met = run.events["equator"]
+    assert 5 < len(met) <= 15
+    np.testing.assert_allclose(met.y, exact.y[: len(met)], rtol=0, atol=1e-9)
     with pytest.raises(gi.FormError, match="no exact flow"):
         plan_section(
             gi.load_scene("control-momentum-n4").changed(integrate={"exact": True}),
@@ -109,53 +141,50 @@ def test_other_motions_are_on_the_level(name: str) -> None:
 
 
 def test_not_all_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A motion that never crosses: what there is, and an exit code."""
-    monkeypatch.setattr(poincare, "PATIENCE", 3000)
+    """A motion that does not cross while it is looked at: what there is, and an exit code."""
+
+    def short(plan: Any, progress: Any = None) -> gi.Section:
+        problem = plan.route.problem
+        return gi.poincare_section(problem, plan.states, plan.event, 12, step=0.5, end=9.0)
+
+    monkeypatch.setattr(SectionPlan, "run", short)
     scene = tmp_path / "s.toml"
     scene.write_text(gi.Scene(**SCENE).toml(), "utf-8")
-    result = CliRunner().invoke(
-        main, ["section", str(scene), "--level", "2.0", "--out", str(tmp_path / "o"), "--quiet"]
-    )
+    given = ["section", str(scene), "--level", "2.0", "--out", str(tmp_path / "o"), "--quiet"]
+    result = CliRunner().invoke(main, [*given, "--paper"])
     assert result.exit_code == 2
     assert "not all points" in result.stderr
     assert "Not all points" in (tmp_path / "o" / "section.html").read_text("utf-8")
     assert json.loads((tmp_path / "o" / "section.json").read_text("utf-8"))["points"] == 0
+    assert (tmp_path / "o" / "section-paper.tex").exists()
+
+
+BALL = {**SCENE, "system": {**SCENE["system"], "name": "chaplygin-ball"}}
+TWO = {"a": {"what": "gamma[0]"}, "b": {"what": "gamma[1]"}}
+CLASSICAL = gi.load_scene("ball-3d").changed(integrate={"representation": "classical"})
 
 
 @pytest.mark.parametrize(
-    ("keys", "error", "said"),
+    ("scene", "keys", "error", "said"),
     [
-        ({"event": "gamma[3]"}, gi.SceneError, r"gamma\[3\].*no such component"),
-        ({"event": "nothing"}, gi.SceneError, "no such component or quantity"),
-        ({"axes": ["gamma[0]"]}, gi.SceneError, "axes"),
-        ({"axes": ["gamma[0]", "q"]}, gi.SceneError, r"axes\[1\]"),
-        ({"keep": ["heat"]}, gi.SceneError, r"keep\[0\]"),
-        ({"points": 0}, gi.SceneError, "points"),
-        ({"direction": "left"}, gi.SceneError, "direction"),
-        ({"colour": 1}, gi.SceneError, "colour"),
+        (BALL, {"event": "gamma[3]"}, gi.SceneError, r"gamma\[3\].*no such component"),
+        (BALL, {"event": "nothing"}, gi.SceneError, "no such component or quantity"),
+        (BALL, {"axes": ["gamma[0]"]}, gi.SceneError, "axes"),
+        (BALL, {"axes": ["gamma[0]", "q"]}, gi.SceneError, r"axes\[1\]"),
+        (BALL, {"keep": ["heat"]}, gi.SceneError, r"keep\[0\]"),
+        (BALL, {"points": 0}, gi.SceneError, "points"),
+        (BALL, {"direction": "left"}, gi.SceneError, "direction"),
+        (BALL, {"colour": 1}, gi.SceneError, "colour"),
+        ({**SCENE, "events": {}}, {}, gi.SceneError, "a component such as"),
+        ({**SCENE, "events": TWO}, {}, gi.SceneError, "one of a, b"),
+        ({**SCENE, "events": {"a": {"what": "heat"}}}, {}, gi.SceneError, r"\[events.a\]"),
+        (CLASSICAL, {"event": "gamma[2]", "axes": ["g[0]", "k[0]"]}, gi.FormError,
+         r"classical: has no g\[0\]"),
     ],
-)
-def test_wrong_input(keys: dict[str, Any], error: type[Exception], said: str) -> None:
-    scene = gi.Scene(**{**SCENE, "system": {**SCENE["system"], "name": "chaplygin-ball"}})
+)  # fmt: skip
+def test_wrong_input(scene: Any, keys: dict[str, Any], error: type, said: str) -> None:
     with pytest.raises(error, match=said):
-        plan_section(scene, **keys)
-
-
-def test_no_event(tmp_path: Path) -> None:
-    """Errors say what would be right."""
-    scene = gi.Scene(**{**SCENE, "events": {}})
-    with pytest.raises(gi.SceneError, match="a component such as"):
-        plan_section(scene)
-    both = {"a": {"what": "gamma[0]"}, "b": {"what": "gamma[1]"}}
-    with pytest.raises(gi.SceneError, match="one of a, b"):
-        plan_section(gi.Scene(**{**SCENE, "events": both}))
-    with pytest.raises(gi.SceneError, match=r"\[events.a\]"):
-        gi.Scene(**{**SCENE, "events": {"a": {"what": "heat"}}})
-    with pytest.raises(gi.FormError, match=r"classical: has no g\[0\]"):
-        plan_section(
-            gi.load_scene("ball-3d").changed(integrate={"representation": "classical"}),
-            event="gamma[2]", axes=["g[0]", "k[0]"],
-        )  # fmt: skip
+        plan_section(gi.load_scene(scene), **keys)
 
 
 def test_events_of_a_run(tmp_path: Path) -> None:
@@ -192,28 +221,3 @@ def test_events_keep_the_representation() -> None:
     assert gi.make_plan(plain).route.lift is not None
     assert gi.make_plan(watched).route.lift is None
     assert gi.make_plan(watched).problem is plain.problem
-
-
-def test_events_of_the_exact_flow() -> None:
-    """Those of a run with steps; of the scene's own states, with no reduction in between."""
-    scene = gi.load_scene("hamiltonized-n3").changed(
-        observe={"quantities": []}, time={"tau_end": 12.0},
-        events={"equator": {"what": "gamma[2]"}},
-    )  # fmt: skip
-    plan = gi.make_plan(scene.changed(integrate={"exact": True}))
-    assert plan.exact is not None
-    assert plan.exact.chosen is not None
-    assert plan.events is not None
-    exact, steps = plan.solve(progress=False), gi.run_scene(scene)
-    assert exact.steps == 0
-    assert len(exact.events["equator"]) == len(steps.events["equator"]) > 5
-    np.testing.assert_allclose(
-        exact.events["equator"].table, steps.events["equator"].table, rtol=0, atol=1e-9
-    )
-
-
-def test_hash() -> None:
-    """Events decide what is computed; sections do not, nor no events."""
-    scene = gi.Scene(**SCENE)
-    assert scene.hash != gi.Scene(**{**SCENE, "events": {}}).hash
-    assert scene.hash == gi.Scene(**{**SCENE, "section": {"points": 5}}).hash
