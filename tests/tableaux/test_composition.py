@@ -1,10 +1,9 @@
-"""Symmetric compositions: every order condition, palindromes to the bit, measured orders."""
+"""Symmetric compositions: every order condition, palindromes to the bit."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise
 from operator import attrgetter
 
 import mpmath as mp
@@ -22,45 +21,23 @@ from geomint.tableaux import (
 METHODS = list(COMPOSITIONS.values())
 each_method = pytest.mark.parametrize("method", METHODS, ids=attrgetter("name"))
 
-DIGITS = {
-    "triple-jump-10": 50,
-    "suzuki-10": 50,
-    "triple-jump-8": 50,
-    "suzuki-8": 50,
-    "triple-jump-6": 50,
-    "suzuki-6": 50,
-    "triple-jump-4": 50,
-    "suzuki-4": 50,
-    "yoshida-6": 49,
-    "kahan-li-6": 26,
-    "sofroniou-spaletta-6": 32,
-    "kahan-li-8": 26,
-    "sofroniou-spaletta-8": 32,
-    "sofroniou-spaletta-10": 32,
+DIGITS = {  # decimals behind the point, where not 50
+    **{"yoshida-6": 49, "kahan-li-6": 26, "kahan-li-8": 26},
+    **{f"sofroniou-spaletta-{order}": 32 for order in (6, 8, 10)},
 }
-"""Decimals behind the point of every method of the registry."""
-
 STAGES = {
-    "triple-jump-10": 3,
-    "suzuki-10": 5,
-    "triple-jump-8": 3,
-    "suzuki-8": 5,
-    "triple-jump-6": 3,
-    "suzuki-6": 5,
-    "triple-jump-4": 3,
-    "suzuki-4": 5,
-    "yoshida-6": 7,
-    "kahan-li-6": 9,
-    "sofroniou-spaletta-6": 13,
-    "kahan-li-8": 17,
-    "sofroniou-spaletta-8": 21,
-    "sofroniou-spaletta-10": 35,
+    **{"triple-jump": 3, "suzuki": 5, "yoshida-6": 7, "kahan-li-6": 9, "kahan-li-8": 17},
+    **{"sofroniou-spaletta-6": 13, "sofroniou-spaletta-8": 21, "sofroniou-spaletta-10": 35},
 }
+
+
+def digits(method: Composition) -> int:
+    return DIGITS.get(method.name, 50)
 
 
 def rounding(method: Composition) -> Fraction:
     """Largest defect that the rounding of the published digits explains."""
-    return Fraction(32, 10 ** DIGITS[method.name])
+    return Fraction(32, 10 ** digits(method))
 
 
 @each_method
@@ -68,17 +45,10 @@ def test_order_is_the_declared_one(method: Composition) -> None:
     """All words up to the order agree with the exact flow, and not all of the next weight."""
     assert composition_defect(method, method.order) < rounding(method)
     assert composition_defect(method, method.order + 1) > Fraction(1, 10**6)
-
-
-@each_method
-def test_power_sums(method: Composition) -> None:
-    """``sum gamma = 1`` exactly; odd powers from the base order to the order sum to zero."""
     gamma = method.gamma_exact
     assert sum(gamma) == 1
     for k in range(method.base_order + 1, method.order, 2):
         assert abs(sum((x**k for x in gamma), Fraction(0))) < rounding(method)
-    k = method.order + 1
-    assert abs(sum((x**k for x in gamma), Fraction(0))) > Fraction(1, 10**7)
 
 
 @each_method
@@ -88,8 +58,9 @@ def test_registry_entry(method: Composition) -> None:
     assert method.name.endswith(f"-{method.order}")
     assert method.base_order == 2 or method.base_order == method.order - 2
     assert method.references
-    assert method.stages == STAGES[method.name]
-    assert min(len(text.partition(".")[2]) for text in method.fractions) == DIGITS[method.name]
+    family = method.name.removesuffix(f"-{method.order}")
+    assert method.stages == STAGES.get(method.name, STAGES.get(family))
+    assert min(len(text.partition(".")[2]) for text in method.fractions) == digits(method)
 
 
 @each_method
@@ -132,14 +103,10 @@ def test_methods_without_freedom_to_all_digits() -> None:
             assert abs(value - mp.mpf(text)) < mp.mpf(10) ** -48
 
 
-def test_defaults() -> None:
-    """There is a default of every order, and it is in the registry."""
-    assert set(DEFAULT_COMPOSITION) == {method.order for method in METHODS}
-    for order, name in DEFAULT_COMPOSITION.items():
-        assert COMPOSITIONS[name].order == order
-
-
-@each_method
+@pytest.mark.parametrize(
+    "method",
+    [pytest.param(m, marks=[pytest.mark.nightly] * (m.order > 6), id=m.name) for m in METHODS],
+)
 def test_a_perturbed_digit_is_noticed(method: Composition) -> None:
     """A change of 1e-20 in any fraction breaks the order conditions."""
     for i, text in enumerate(method.fractions):
@@ -157,6 +124,9 @@ def test_defaults_of_other_bases() -> None:
     assert default_composition(4, 6) is COMPOSITIONS["suzuki-6"]
     assert default_composition(4, 8) is COMPOSITIONS["sofroniou-spaletta-8"]
     assert default_composition(2, 12) is None
+    assert set(DEFAULT_COMPOSITION) == {method.order for method in METHODS}
+    for order, name in DEFAULT_COMPOSITION.items():
+        assert COMPOSITIONS[name].order == order
     lowered = replace(COMPOSITIONS["suzuki-6"], base_order=2)
     assert composition_defect(lowered, 4) > Fraction(1, 100)
 
@@ -169,57 +139,3 @@ def test_construction_is_validated(change: dict[str, object]) -> None:
     """Odd orders, orders that are not raised and vanishing fractions are refused."""
     with pytest.raises(ValueError, match="suzuki-4: "):
         replace(COMPOSITIONS["suzuki-4"], **change)  # type: ignore[arg-type]
-
-
-def field(q: mp.mpf, p: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
-    """Field of the non-separable Hamiltonian ``(q^2 + 1)(p^2 + 1) / 2``."""
-    return (q * q + 1) * p, -(p * p + 1) * q
-
-
-def implicit_midpoint(q: mp.mpf, p: mp.mpf, h: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
-    """One step of the implicit midpoint rule, by Newton's method with the exact Jacobian."""
-    x, y, half = q, p, h / 2
-    for _ in range(8):
-        f, g = field(x, y)
-        r, s = x - q - half * f, y - p - half * g
-        a, b = 1 - 2 * half * x * y, -half * (x * x + 1)
-        c, d = half * (y * y + 1), 1 + 2 * half * x * y
-        determinant = a * d - b * c
-        dx, dy = (d * r - b * s) / determinant, (a * s - c * r) / determinant
-        x, y = x - dx, y - dy
-        if abs(dx) + abs(dy) < mp.mpf(10) ** -20:
-            return 2 * x - q, 2 * y - p
-    raise ArithmeticError("Newton's method has not converged")
-
-
-def endpoint(method: Composition, steps: int) -> tuple[mp.mpf, mp.mpf]:
-    """Value at t = 1 after equal steps."""
-    gamma = [mp.mpf(x.numerator) / x.denominator / steps for x in method.gamma_exact]
-    q, p = mp.mpf("0.6"), mp.mpf("0.3")
-    for _ in range(steps):
-        for h in gamma:
-            q, p = implicit_midpoint(q, p, h)
-    return q, p
-
-
-@pytest.fixture(scope="module")
-def solution() -> list[mp.mpf]:
-    """Solution at t = 1 by Taylor series."""
-    with mp.workdps(34):
-        found = mp.odefun(lambda _, y: list(field(*y)), 0, [mp.mpf("0.6"), mp.mpf("0.3")])(1)
-        return [+y for y in found]
-
-
-@pytest.mark.parametrize(
-    "method", [m for m in METHODS if m.base_order == 2], ids=attrgetter("name")
-)
-def test_order_is_measured(method: Composition, solution: list[mp.mpf]) -> None:
-    """The error over an implicit, non-separable base falls with the declared power of the step."""
-    with mp.workdps(34):
-        errors = [
-            mp.norm([x - y for x, y in zip(endpoint(method, n), solution, strict=True)])
-            for n in (8, 16, 32)
-        ]
-        slopes = [float(mp.log(x / y, 2)) for x, y in pairwise(errors)]
-    assert slopes[-1] == pytest.approx(method.order, abs=0.2)
-    assert slopes[0] == pytest.approx(method.order, abs=0.5)

@@ -84,22 +84,17 @@ def test_impulses(pair: LobattoPair) -> None:
                 assert pair.impulses[k, i] == pytest.approx(expected, rel=1e-13, abs=1e-13)
 
 
-def test_two_stages_are_rattle() -> None:
-    """The trapezoidal rule for q, and P the same at both stages."""
-    pair = lobatto_pair(2)
-    np.testing.assert_array_equal(pair.b, [0.5, 0.5])
-    np.testing.assert_array_equal(pair.mu, [[0.0, 0.0], [1.0, 1.0]])
-    np.testing.assert_array_equal(pair.nu, [[1.0, 0.0], [1.0, 0.0]])
-    assert pair.order == 2
-
-
-def test_three_stages() -> None:
-    """Simpson's rule, and the tables of Hairer, Lubich, Wanner, II.1.4."""
-    pair = lobatto_pair(3)
+def test_two_and_three_stages() -> None:
+    """RATTLE: the trapezoidal rule for q; the tables of Hairer, Lubich, Wanner, II.1.4."""
+    two, three = lobatto_pair(2), lobatto_pair(3)
+    np.testing.assert_array_equal(two.b, [0.5, 0.5])
+    np.testing.assert_array_equal(two.mu, [[0.0, 0.0], [1.0, 1.0]])
+    np.testing.assert_array_equal(two.nu, [[1.0, 0.0], [1.0, 0.0]])
+    assert two.order == 2
     a = [[0, 0, 0], [5 / 24, 1 / 3, -1 / 24], [1 / 6, 2 / 3, 1 / 6]]
     hat = [[1 / 6, -1 / 6, 0], [1 / 6, 1 / 3, 0], [1 / 6, 5 / 6, 0]]
-    np.testing.assert_allclose(pair.mu * pair.b, a, rtol=0, atol=EPSILON)
-    np.testing.assert_allclose(pair.nu * pair.b, hat, rtol=0, atol=EPSILON)
+    np.testing.assert_allclose(three.mu * three.b, a, rtol=0, atol=EPSILON)
+    np.testing.assert_allclose(three.nu * three.b, hat, rtol=0, atol=EPSILON)
 
 
 @each_pair
@@ -119,8 +114,4 @@ def test_predictor_reproduces_polynomials(pair: LobattoPair, ratio: float) -> No
 def test_numbers_of_stages(stages: object) -> None:
     with pytest.raises(ValueError, match="2 to 8 stages"):
         lobatto_pair(stages)  # type: ignore[arg-type]
-
-
-def test_pairs_are_shared() -> None:
-    assert lobatto_pair(7) is lobatto_pair(7)
     assert lobatto_pair(7).mu is lobatto_pair(7).mu
