@@ -67,9 +67,10 @@ def package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
 @gi.field
 def choosing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """A formula of all kinds of things, which has no kinks where the motion is."""
-    here = gi.select(t < 9.0, gi.sin(t), y[0]) + gi.select(t >= 9.0, y[0], abs(y[1] - 9.0))
-    out[0] = here / 4.0 - gi.maximum(y[0], -9.0) * y[1]
-    out[1] = 1.0 - gi.sqrt(1.0 + y[0] * y[0]) + params[0] * gi.maximum(y[0], -9.0) - y[1]
+    here = gi.select(t < 9.0, gi.sin(t), gi.cos(t)) + abs(y[1] - 9.0)
+    there = gi.select(y[0] >= -9.0, y[0], 0.5 * y[0]) - gi.select(y[0] > 9.0, y[1], 0.5 * y[1])
+    out[0] = here / 4.0 - there * y[1]
+    out[1] = 1.0 - gi.sqrt(1.0 + y[0] * y[0]) + params[0] * y[0] - y[1]
 
 
 @gi.field
