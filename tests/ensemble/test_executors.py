@@ -7,36 +7,32 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
-from geomint.run.ensemble.outcome import empty_outcome
 
 HENON = henon_heiles.problem()
 STATES = np.random.default_rng(5).uniform(-0.2, 0.2, (150, 4))
 ASKED = {"t_end": 30.0, "step": 0.05, "method": "rk-4"}
 
 
-@pytest.fixture
-def processes() -> Iterator[ProcessPoolExecutor]:
-    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-        yield pool
-
-
-def test_processes(processes: ProcessPoolExecutor) -> None:
-    here = gi.solve_ensemble(HENON, STATES, **ASKED)
-    there = gi.solve_ensemble(HENON, STATES, executor=processes, **ASKED)
-    assert np.array_equal(here.y, there.y)
+def test_processes(tmp_path: Path) -> None:
+    """Into a store, and back in memory: failures too."""
     failing = STATES.copy()
     failing[77] = [0.0, 40.0, 0.0, 60.0]
     failing[0] = failing[149] = np.nan
-    told = gi.solve_ensemble(HENON, failing, executor=processes, observe=["energy"], **ASKED)
+    here = gi.solve_ensemble(HENON, STATES, **ASKED)
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        asked = {**ASKED, "executor": pool}
+        there = gi.solve_ensemble(HENON, STATES, **asked, out=tmp_path / "a.zarr")
+        told = gi.solve_ensemble(HENON, failing, observe=["energy"], **asked)
+    assert np.array_equal(here.y, there.y)
     assert sorted(told.errors) == [0, 77, 149]
     assert isinstance(told.errors[77], gi.NonFiniteError)
     assert told.drift["energy"]["class"][1] != ""
@@ -84,12 +80,8 @@ class Odd(Executor):
         return future
 
 
-def raising() -> Future:
-    raise OSError("no\nroom")
-
-
-def exiting() -> Future:
-    raise SystemExit("gone")
+def raising(error: BaseException) -> Future:
+    raise error
 
 
 def answered(result: object = None, error: BaseException | None = None) -> Future:
@@ -105,12 +97,19 @@ def cancelled() -> Future:
     return future
 
 
+def shut_down() -> Future:
+    pool = ThreadPoolExecutor(1)
+    pool.shutdown()
+    return pool.submit(print)
+
+
 ANSWERS = {
-    "no room": raising,
-    "gone": exiting,
+    "shutdown": shut_down,
+    "no room": lambda: raising(OSError("no\nroom")),
+    "gone": lambda: raising(SystemExit("gone")),
     "is no Future": lambda: None,
     "is not what": lambda: answered("done"),
-    "members give": lambda: answered(empty_outcome(3, 4)),
+    "members give": lambda: answered(gi.solve_ensemble(HENON, STATES[:3], **ASKED).found),
     "BrokenProcessPool": lambda: answered(error=BrokenProcessPool("a process\nhas died")),
     "SystemExit": lambda: answered(error=SystemExit(3)),
     "CancelledError": cancelled,
@@ -135,22 +134,11 @@ def test_whatever_an_executor_does_is_told_in_a_line(text: str, stored: bool, tm
         assert np.array_equal(again.final[: len(STATES)], again.final[len(STATES) :])
 
 
-def test_an_executor_that_is_shut_down() -> None:
-    pool = ThreadPoolExecutor(1)
-    pool.shutdown()
-    with pytest.raises(gi.EnsembleError, match="shutdown"):
-        gi.solve_ensemble(HENON, STATES, executor=pool, **ASKED)
-
-
-def test_ctrl_c_ends_what_threads_of_an_executor_have_begun(monkeypatch) -> None:
-    def update(self, done: float) -> None:
-        time.sleep(0.2)
-        if threading.current_thread() is threading.main_thread():
-            raise KeyboardInterrupt
-
+def test_ctrl_c_ends_what_threads_of_an_executor_have_begun(ctrl_c) -> None:
     asked = {**ASKED, "t_end": 2e7, "progress": False}
     gi.solve_ensemble(HENON, STATES[:8], **ASKED)  # compiled
-    monkeypatch.setattr("geomint.run.progress.Progress.update", update)
+    timer = threading.Timer(0.3, ctrl_c)
+    timer.start()
     with ThreadPoolExecutor(1) as pool:
         many = gi.solve_ensemble(HENON, STATES[:8], executor=pool, workers=1, **asked)
     assert not (many.status == "success").any()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import pickle
 import subprocess
 import sys
-import threading
-import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ import pytest
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.ensemble import spread
-from geomint.run.ensemble.given import Asked, canonical_members
 
 HENON = henon_heiles.problem()
 GOOD = np.random.default_rng(3).uniform(-0.2, 0.2, (19, 4))
@@ -102,6 +101,7 @@ def test_states_off_their_sphere_fail_alone() -> None:
     assert np.array_equal(np.delete(many.y, 3, 0), np.delete(whole.y, 3, 0))
 
 
+@pytest.mark.nightly
 def test_without_compiler() -> None:
     """An ensemble in plain Python has the bits of the compiled one."""
     code = (
@@ -111,14 +111,12 @@ def test_without_compiler() -> None:
         " method='rk-4')\n"
         "print(many.final.tobytes().hex())"
     )
+    run = [sys.executable, "-c", code]
     runs = [
         subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, "NUMBA_DISABLE_JIT": off},
-            capture_output=True,
-            check=True,
+            run, env={**os.environ, "NUMBA_DISABLE_JIT": off}, capture_output=True, check=True
         ).stdout
-        for off in ("0", "1")
+        for off in "01"
     ]
     assert runs[0] == runs[1] != b""
 
@@ -259,47 +257,32 @@ def test_warnings_of_states_are_one() -> None:
 
 
 @pytest.mark.parametrize("wanted", [{}, {"observe": ["energy"]}])
-def test_ctrl_c_keeps_what_is_done(wanted: dict, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the bar has it: KeyboardInterrupt where all that was computed is at rest."""
-    seen: list[int] = []
+def test_ctrl_c_keeps_what_is_done(
+    wanted: dict, monkeypatch: pytest.MonkeyPatch, ctrl_c: Any
+) -> None:
+    """What was computed is at rest; of a member that takes long and is watched nothing is kept."""
+    states, calls, run_block = np.repeat(GOOD, 8, axis=0), itertools.count(), spread.run_block
+    asked: dict[str, Any] = {"step": 0.01, "method": "rk-4", **wanted}
+    gi.solve_ensemble(HENON, states[:2], t_end=1.0, **asked)  # compiled
+    alone = gi.solve(HENON, states[0], t_end=4.0, step=0.01, method="rk-4")
 
-    def update(self: Any, done: float) -> None:
-        if threading.current_thread() is not threading.main_thread():
-            return
-        seen.append(int(done))
-        if len(seen) == 4:
-            raise KeyboardInterrupt
+    def endless(what: Any, given: Any, stop: Any = None) -> Any:
+        if next(calls) == 3:
+            ctrl_c()
+            what = replace(what, shared={**what.shared, "t_end": 1e7})
+        return run_block(what, given, stop)
 
-    monkeypatch.setattr("geomint.run.progress.Progress.update", update)
+    monkeypatch.setattr(spread, "run_block", endless)
     monkeypatch.setattr(spread, "LEAST", 1)
     monkeypatch.setattr(spread, "LOOK", 0.01)
-    states = np.repeat(GOOD, 40, axis=0)
-    many = gi.solve_ensemble(HENON, states, t_end=400.0, step=0.01, method="rk-4", **wanted)
+    many = gi.solve_ensemble(HENON, states, t_end=4.0, **asked)
     done, left = many.status == "success", many.status == "not run"
     assert left.any()
     assert (done | left | (many.status == "interrupted")).all()
     assert np.isnan(many.y[left]).all()
-    for k in np.flatnonzero(done)[:2]:
-        alone = gi.solve(HENON, states[k], t_end=400.0, step=0.01, method="rk-4")
-        assert np.array_equal(many.final[k], alone.y[-1])
-
-
-def test_ctrl_c_ends_a_member_that_takes_long() -> None:
-    """One that is watched: nothing of it is kept, and nobody waits for its end."""
-    states = GOOD.copy()
-    asked = {"step": 0.01, "method": "rk-4", "observe": ["energy"]}
-    gi.solve(HENON, states[0], t_end=1.0, **asked)  # compiled
-    given = canonical_members(HENON, states)
-    shared = {"t0": 0.0, "t_end": 1e7, "step": 0.01}
-    long = Asked(gi.find_method("rk-4"), shared, len(states), {"observe": ["energy"]})
-    stop, begin = np.zeros(1), time.monotonic()
-    timer = threading.Timer(0.5, lambda: stop.fill(1.0))
-    timer.start()
-    found = spread.run_block(long, given, stop)
-    assert time.monotonic() - begin < 10.0
-    assert (found.status == "not run").all()
-    assert np.isnan(found.y).all()
-    assert not found.counts.any()
+    assert not many.counts[left].any()
+    assert done[0]
+    assert np.array_equal(many.final[0], alone.y[-1])
 
 
 @pytest.mark.parametrize("begin", [0.0, 5.0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import time
@@ -27,14 +26,11 @@ STATES[::50] = [0.0, 40.0, 0.0, 60.0]
 RUN = dict(t_end=20.0, method="rk-4", step=0.05, workers=2, keep_states=True, save_every=20)
 RUN["readings"] = ["drift:energy", gi.Histogram("q[0]", np.linspace(-1, 1, 9))]
 """
-RUNS = (
-    ASKED
-    + """
+RUNS = f"""{ASKED}
 import sys
 print("begins", flush=True)
 gi.solve_ensemble(HENON, STATES, **RUN, out=sys.argv[1])
 """
-)
 
 
 def killed(script: str, out: Path, after: float) -> bool:
@@ -55,7 +51,7 @@ def equal(one: np.ndarray, other: np.ndarray) -> bool:
 
 @pytest.mark.parametrize(
     ("rounds", "seed"),
-    [(4, 1), *(pytest.param(12, seed, marks=pytest.mark.nightly) for seed in range(2, 6))],
+    [(2, 1), *(pytest.param(12, seed, marks=pytest.mark.nightly) for seed in range(2, 6))],
 )
 def test_killed_at_random_moments(rounds: int, seed: int, tmp_path: Path) -> None:
     asked: dict = {}
@@ -95,7 +91,7 @@ from geomint.problems.testproblems import henon_heiles
 
 states = np.random.default_rng(2).uniform(-0.2, 0.2, (int(sys.argv[2]), 4))
 run = dict(method="rk-4", step=0.05, workers=2, progress=False)
-more = dict(t_end=200.0, save_every=1) if sys.argv[3] == "states" else dict(
+more = dict(t_end=100.0, save_every=1) if sys.argv[3] == "states" else dict(
     t_end=5.0, readings=["drift:energy", "final:q[0]", gi.Histogram("q[0]", np.linspace(-1, 1, 9))])
 gi.solve_ensemble(henon_heiles.problem(), states[:64], **run, **more)
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -109,20 +105,20 @@ print(after - before, many.found.arrays.size, many.run_seconds)
 def measured(out: Path, members: int, what: str) -> tuple[float, int, float]:
     """Return by how many MB the peak of a process grows, the size of blocks, and seconds."""
     given = [sys.executable, "-c", MEASURED, str(out), str(members), what]
-    printed = subprocess.run(given, check=True, capture_output=True, env=os.environ).stdout.split()
+    printed = subprocess.run(given, check=True, capture_output=True).stdout.split()
     return int(printed[0]) / 1024, int(printed[1]), float(printed[2])
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="peaks of memory are asked of Unix")
 def test_states_of_all_members_are_never_in_memory(tmp_path: Path) -> None:
-    """100 times a block, 800 MB: some copies of the blocks under way are there at a time."""
-    rows, samples, members = 4, 4001, 6400
+    """50 times a block, 300 MB: some copies of the blocks under way are there at a time."""
+    rows, samples, members = 4, 2001, 3200
     grown, block, _ = measured(tmp_path / "a.zarr", members, "states")
     whole = members * samples * (rows + 2) * 8 / 2**20
-    assert whole > 50 * block * samples * (rows + 2) * 8 / 2**20
+    assert whole > 40 * block * samples * (rows + 2) * 8 / 2**20
     assert grown < whole / 5
     some = gi.open_ensemble(tmp_path / "a.zarr")
-    alone = gi.solve(henon_heiles.problem(), some.states[-1], t_end=200.0, method="rk-4", step=0.05)
+    alone = gi.solve(henon_heiles.problem(), some.states[-1], t_end=100.0, method="rk-4", step=0.05)
     assert np.array_equal(some.stored["y"][-1, -1], alone.y[-1])
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import pickle
+import sys
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,6 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
-from geomint.run import progress
 from geomint.run.ensemble import spread
 from geomint.run.ensemble.store import store
 
@@ -155,20 +156,21 @@ def test_going_on(
 
 @pytest.mark.parametrize("readings", [(), ["final:energy", gi.Histogram("q[0]", [-1, 0, 1])]])
 def test_ctrl_c_within_blocks(
-    readings: Any, tmp_path: Path, counted: list[int], monkeypatch: pytest.MonkeyPatch
+    readings: Any, tmp_path: Path, counted: list[int], monkeypatch: Any, ctrl_c: Any
 ) -> None:
     """Members of a block that are done stay; where something was to be read, whole blocks."""
-    run: dict[str, Any] = {**RUN, "events": "q[1]", "t_end": 80.0, "readings": readings}
+    run: dict[str, Any] = {**RUN, "events": "q[1]", "t_end": 40.0, "readings": readings}
     known = gi.solve_ensemble(HENON, STATES, **run)
-    out = tmp_path / "a.zarr"
+    out, run_block, calls = tmp_path / "a.zarr", spread.run_block, itertools.count()
 
-    class Bar(progress.Progress):
-        def update(self, done: int) -> None:
-            if done > 1:  # others are under way
-                raise KeyboardInterrupt
+    def stopped(*given: Any) -> Any:
+        if next(calls) == 3:  # others are under way
+            ctrl_c()
+        return run_block(*given)
 
     with monkeypatch.context() as patched:
-        patched.setattr("geomint.run.ensemble.solve_ensemble.Progress", Bar)
+        patched.setattr(spread, "LOOK", 0.002)
+        patched.setattr(spread, "run_block", stopped)
         part = gi.solve_ensemble(HENON, STATES, **run, out=out)
     done = int((part.status != "not run").sum())
     assert 0 < done < len(STATES)
@@ -177,12 +179,6 @@ def test_ctrl_c_within_blocks(
     found = gi.solve_ensemble(HENON, STATES, **run, out=out)
     assert_same(known, found)
     assert sum(counted) == len(STATES) - done
-
-
-def test_members_of_a_process_pool(tmp_path: Path) -> None:
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        found = on_disk("readings", tmp_path / "a.zarr", executor=pool)
-    assert_same(in_memory("readings"), found)
 
 
 def test_blocks_under_way_are_few(tmp_path: Path, counted: list[int]) -> None:
@@ -229,42 +225,40 @@ def steeper() -> gi.Reading:
     return Steep()
 
 
-MOVED = STATES + 1e-16
-OTHERS: dict[str, tuple[Callable[..., Any], str]] = {
-    "states": (lambda run: gi.solve_ensemble(HENON, MOVED, **run), "states"),
-    "members": (lambda run: gi.solve_ensemble(HENON, STATES[:9], **run), "150 there, 9 asked for"),
+OTHERS: dict[str, tuple[dict[str, Any], str]] = {
+    "states": ({"states": STATES + 1e-16}, "states"),
+    "members": ({"states": STATES[:9]}, "150 there, 9 asked for"),
     "problem": (
-        lambda run: gi.solve_ensemble(replace(HENON, name="other"), STATES, **run),
+        {"problems": replace(HENON, name="other")},
         "henon-heiles there, other asked for",
     ),
-    "quantities": (
-        lambda run: gi.solve_ensemble(replace(HENON, invariants={}), STATES, **run),
-        "functions of the problem",
-    ),
-    "step": (
-        lambda run: gi.solve_ensemble(HENON, STATES, **{**run, "step": 0.1}),
-        r"step \(0.05 there, 0.1 asked for\)",
-    ),
-    "end": (lambda run: gi.solve_ensemble(HENON, STATES, **{**run, "t_end": 7}), r"t_end \(6.0 th"),
-    "method": (
-        lambda run: gi.solve_ensemble(HENON, STATES, **{**run, "method": "gauss-2"}),
-        "method",
-    ),
+    "quantities": ({"problems": replace(HENON, invariants={})}, "functions of the problem"),
+    "step": ({"step": 0.1}, r"step \(0.05 there, 0.1 asked for\)"),
+    "end": ({"t_end": 7}, r"t_end \(6.0 th"),
+    "method": ({"method": "gauss-2"}, "method"),
     "readings": (
-        lambda run: gi.solve_ensemble(HENON, STATES, **run, readings="final:energy"),
+        {"readings": "final:energy"},
         r"readings \(none there, final:energy asked for\), keep_states",
     ),
-    "events": (lambda run: gi.solve_ensemble(HENON, STATES, **run, events="q[0]"), "events"),
+    "events": ({"events": "q[0]"}, "events"),
 }
 
 
-@pytest.mark.parametrize("other", OTHERS)
-def test_another_ensemble_is_told_and_left_alone(other: str, tmp_path: Path) -> None:
-    out = tmp_path / "a.zarr"
+def test_another_ensemble_is_told_and_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the same one otherwise written is there already; other versions are others."""
+    out, version = tmp_path / "a.zarr", metadata.version
     known = on_disk("states", out)
-    ask, said = OTHERS[other]
-    with pytest.raises(gi.OutputError, match=said):
-        ask({**RUN, "out": out})
+    for given, said in OTHERS.values():
+        asked = {"problems": HENON, "states": STATES, **RUN, **given}
+        with pytest.raises(gi.OutputError, match=said):
+            gi.solve_ensemble(asked.pop("problems"), asked.pop("states"), **asked, out=out)
+    on_disk("states", out, t_end=6, step=np.float64(0.05))
+    other = {"numba": "0.99"}
+    monkeypatch.setattr(metadata, "version", lambda name: other.get(name) or version(name))
+    with pytest.raises(gi.OutputError, match=r"versions \(geomint.*numba 0.99.* asked for"):
+        on_disk("states", out)
     assert_same(in_memory("states"), known)
 
 
@@ -288,33 +282,19 @@ def test_a_reading_whose_code_has_changed(tmp_path: Path) -> None:
         gi.solve_ensemble(HENON, STATES, **RUN, readings=steeper(), out=tmp_path / "a")
 
 
-def test_other_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from geomint.run.ensemble.store import identity
-
-    on_disk("states", tmp_path / "a.zarr")
-    monkeypatch.setattr(identity, "versions_of_numbers", lambda: "numba 0.99")
-    with pytest.raises(gi.OutputError, match=r"versions \(geomint.*numba 0.99 asked for"):
-        on_disk("states", tmp_path / "a.zarr")
-
-
-def test_numbers_may_be_written_otherwise(tmp_path: Path) -> None:
-    on_disk("times", tmp_path / "a.zarr")
-    times = np.linspace(0.0, 6.0, 7).tolist()
-    on_disk("times", tmp_path / "a.zarr", t_eval=times, t_end=6, step=np.float64(0.05))
-
-
 def test_parameters_of_members(tmp_path: Path) -> None:
-    spheres = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (2.0, 3.0, 4.0)]
-    state = spheres[0].random_state(1)
+    def spheres(*values: float) -> list[gi.Problem]:
+        return [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in values]
+
+    state = spheres(2.0)[0].random_state(1)
     run: dict[str, Any] = {"tau_end": 2.0, "method": "rk-4", "out": tmp_path / "a.zarr"}
-    many = gi.solve_ensemble(spheres, state, **run)
+    many = gi.solve_ensemble(spheres(2.0, 3.0, 4.0), state, **run)
     for seen in (many, gi.open_ensemble(tmp_path / "a.zarr")):
         assert list(seen.to_xarray()["D"]) == [2.0, 3.0, 4.0]
-    again = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (2.0, 3.0, 4.0)]
-    assert np.array_equal(gi.solve_ensemble(again, state, **run).final, many.final)
-    again[1] = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=3.5).hamiltonized()
+    again = gi.solve_ensemble(spheres(2.0, 3.0, 4.0), state, **run)
+    assert np.array_equal(again.final, many.final)
     with pytest.raises(gi.OutputError, match=r"differ in parameters$"):
-        gi.solve_ensemble(again, state, **run)
+        gi.solve_ensemble(spheres(2.0, 3.5, 4.0), state, **run)
 
 
 def test_exact_motions(tmp_path: Path) -> None:
@@ -330,22 +310,26 @@ def test_exact_motions(tmp_path: Path) -> None:
 # --- places ---------------------------------------------------------------------------------------
 
 
-def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+def test_places_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("mine")
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "mine").write_text("mine")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
     for out, said in (
         (tmp_path / "file", "no folder"),
         (tmp_path / "file" / "below", "no folder"),
         (tmp_path / "folder", "something else"),
         ("", "empty name"),
         ("a\0b", "null"),
+        (".", "current folder"),
     ):
         with pytest.raises(gi.OutputError, match=said):
             on_disk("states", out)
-    for wrong in (7, "s3://bucket/a.zarr"):
+    for wrong, more in ((7, {}), ("s3://bucket/a.zarr", {}), (tmp_path / "a", {"step": -1.0})):
         with pytest.raises(gi.DomainError):
-            on_disk("states", wrong)
+            on_disk("states", wrong, **more)
+    assert not (tmp_path / "a").exists()
     assert (tmp_path / "file").read_text() == (tmp_path / "folder" / "mine").read_text() == "mine"
 
 
@@ -367,13 +351,6 @@ def test_of_what_is_in_a_store_only_what_zarr_left_is_removed(tmp_path: Path) ->
     assert all(path.exists() for path in mine)
 
 
-def test_the_folder_of_the_process_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(gi.OutputError, match="current folder"):
-        on_disk("states", ".")
-    assert Path.cwd() == tmp_path
-
-
 def test_a_writer_is_alone(tmp_path: Path) -> None:
     out = tmp_path / "a.zarr"
     said: list[str] = []
@@ -390,12 +367,6 @@ def test_a_writer_is_alone(tmp_path: Path) -> None:
     with Pool(1) as pool:
         assert on_disk("states", out, executor=pool, workers=1).status[0] == "success"
     assert "somebody else is writing" in said[0]
-
-
-def test_nothing_is_left_where_nothing_can_be_computed(tmp_path: Path) -> None:
-    with pytest.raises(gi.DomainError):
-        on_disk("states", tmp_path / "a.zarr", step=-1.0)
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, counted: list[int]) -> None:
@@ -415,27 +386,17 @@ def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, counted: l
     assert_same(in_memory("readings"), on_disk("readings", out))
 
 
-def test_without_zarr(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "zarr", None)
-    with pytest.raises(gi.MissingCodeError, match=r"geomint\[zarr\]"):
-        on_disk("states", tmp_path / "a.zarr")
-    with pytest.raises(gi.MissingCodeError, match=r"geomint\[zarr\]"):
-        gi.open_ensemble(tmp_path / "a.zarr")
-
-
-def test_what_is_no_ensemble(tmp_path: Path) -> None:
+def test_what_is_no_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        patched.setitem(sys.modules, "zarr", None)
+        for call in (lambda path: on_disk("states", path), gi.open_ensemble):
+            with pytest.raises(gi.MissingCodeError, match=r"geomint\[zarr\]"):
+                call(tmp_path / "a.zarr")
     for path in (tmp_path, tmp_path / "nothing", "a\0b"):
         with pytest.raises(gi.GeomintError, match=r"holds no ensemble|null"):
             gi.open_ensemble(path)
     with pytest.raises(gi.DomainError):
         gi.open_ensemble(7)  # type: ignore[arg-type]
-
-
-def test_a_file_that_power_has_left_half_written(tmp_path: Path) -> None:
-    out = tmp_path / "a.zarr"
-    on_disk("readings", out)
-    (out / "status" / "c.1").write_bytes(b"")
-    assert_same(in_memory("readings"), on_disk("readings", out))
 
 
 MARKS: list[int] = []
@@ -543,8 +504,12 @@ def _looked_at(out: Path) -> None:
 
 @pytest.mark.parametrize("broken", ["y/zarr.json", "y/c.0.0.0", "status/c.0", "states/c.0.0"])
 def test_a_damaged_file_is_one_error_that_names_it(broken: str, tmp_path: Path) -> None:
+    """A chunk of no bytes is what power has left half written: it is computed again."""
     out = tmp_path / "a.zarr"
     on_disk("readings", out)
+    if broken.startswith("status"):
+        (out / "status" / "c.1").write_bytes(b"")
+        assert_same(in_memory("readings"), on_disk("readings", out))
     (out / broken).write_bytes(b"nonsense")
     with pytest.raises(gi.GeomintError, match=r"a\.zarr.*is damaged"):
         _looked_at(out)
@@ -554,9 +519,7 @@ def test_a_damaged_file_is_one_error_that_names_it(broken: str, tmp_path: Path) 
 def test_a_store_that_lacks_what_it_is(lost: str, tmp_path: Path) -> None:
     out = tmp_path / "a.zarr"
     on_disk("readings", out)
-    told = json.loads((out / "zarr.json").read_text("utf-8"))
-    del told["attributes"][lost]
-    (out / "zarr.json").write_text(json.dumps(told), "utf-8")
+    _changed(out / "zarr.json", lambda told: told["attributes"].pop(lost))
     with pytest.raises(gi.GeomintError, match=r"damaged|another ensemble"):
         on_disk("readings", out)
 
@@ -570,6 +533,8 @@ def test_parts_of_arrays_and_xarray(tmp_path: Path) -> None:
     assert np.array_equal(data["y"].values, known.y, equal_nan=True)
     assert np.array_equal(data["y"].sel(row="p[1]").values, known.y[:, :, 3], equal_nan=True)
     assert list(data["status"].values) == list(known.status)
+    (tmp_path / "a.zarr" / ".geomint-left").mkdir()  # of a killed process: no warning
+    assert equal(gi.open_ensemble(tmp_path / "a.zarr").steps, known.steps)
     assert equal(data["drift_energy"].values, known.readings["drift:energy"])
     whole = data["histogram_q[0]"].sum("block").values
     assert np.array_equal(whole, known.readings["histogram:q[0]"])
@@ -586,12 +551,3 @@ def test_members_with_more_states_than_those_before(tmp_path: Path, counted: lis
     found = gi.solve_ensemble(HENON, states, **run, out=tmp_path / "a.zarr", workers=1)
     assert_same(known, found)
     assert found.counts[:8].max() < found.counts.max()
-
-
-def test_what_a_killed_process_leaves_in_the_folder_is_no_warning(tmp_path: Path) -> None:
-    """Every name that is not the format's: warnings are errors here."""
-    out = tmp_path / "a.zarr"
-    gi.solve_ensemble(HENON, STATES[:5], **RUN, readings=["drift:energy"], out=out)
-    (out / ".geomint-left").mkdir()
-    seen = gi.open_ensemble(out)
-    assert len(seen.readings["drift:energy"]) == 5
