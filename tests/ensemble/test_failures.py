@@ -65,8 +65,9 @@ ASKED: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("stored", [False, True], ids=["memory", "store"])
-@pytest.mark.parametrize("how", ASKED)
+@pytest.mark.parametrize(
+    ("how", "stored"), [*((how, False) for how in ASKED), ("in lanes", True), ("read off", True)]
+)
 def test_states_that_are_none_fail_alone(how: str, stored: bool, tmp_path: Path) -> None:
     """NaN and infinity, at both ends and between; in a whole block; others have their bits."""
     asked, which = {**ASKED[how], "t_end": 3.0}, [0, 5, 18, *range(64, 144)]
@@ -92,13 +93,20 @@ def test_states_that_are_none_fail_alone(how: str, stored: bool, tmp_path: Path)
 
 
 def test_states_off_their_sphere_fail_alone() -> None:
-    problem = gi.load_scene("ball-3d").problem
+    """Those next to it are put back, which one warning says."""
+    problem = gi.load_scene("hamiltonized-n3").problem
     states = np.array([problem.random_state(k) for k in range(20)])
-    whole = gi.solve_ensemble(problem, states, t_end=1.0, method="cf-4", step=0.1)
+    asked = {"tau_end": 1.0, "method": "rk-4", "step": 0.1}
+    whole = gi.solve_ensemble(problem, states, **asked)
     states[3] *= 2.0
-    many = gi.solve_ensemble(problem, states, t_end=1.0, method="cf-4", step=0.1)
+    many = gi.solve_ensemble(problem, states, **asked)
     assert list(many.errors) == [3]
     assert np.array_equal(np.delete(many.y, 3, 0), np.delete(whole.y, 3, 0))
+    states[3], states[5:8, :3] = states[2], states[5:8, :3] * (1.0 + 1e-9)
+    with pytest.warns(gi.GeomintWarning, match=r"3 of 20 states were changed; states\[5\]") as told:
+        many = gi.solve_ensemble(problem, states, **asked)
+    assert len(told) == 1
+    assert np.abs((many.states[:, :3] ** 2).sum(axis=1) - 1.0).max() < 1e-15
 
 
 @pytest.mark.nightly
@@ -130,19 +138,22 @@ def test_a_failing_last_step_that_is_cut() -> None:
     assert (many.status == "success").sum() == 19 - len(many.errors)
 
 
-def test_members_without_a_step_of_their_own() -> None:
-    """Where no default step can be had that is told of the member, not raised."""
+@gi.field
+def singular(params, t, y, out, work):
+    out[0] = 1.0 / y[0]
 
-    @gi.field
-    def singular(params, t, y, out, work):
-        out[0] = 1.0 / y[0]
 
+@pytest.mark.parametrize("method", ["rk-4", "dop853-adaptive"])
+def test_members_without_a_step_of_their_own(method: str) -> None:
+    """Where no default step can be had that is told of the member, not raised: first or last."""
     problem = gi.Problem("1/x", (("x", 1),), field=singular)
-    states = np.array([[1.0], [0.0], [2.0]])
-    for order in ([0, 1, 2], [1, 0, 2], [0, 2, 1]):
-        many = gi.solve_ensemble(problem, states[order], t_end=1.0, method="rk-4")
-        assert list(many.errors) == [order.index(1)]
+    for states in ([1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [1.0, 2.0, 0.0], [0.0, 1.0, 2.0, 0.0]):
+        begun = np.array(states)[:, None]
+        many = gi.solve_ensemble(problem, begun, t_end=1.0, method=method)
+        assert sorted(many.errors) == np.flatnonzero(begun == 0.0).tolist()
         assert (many.status == "success").sum() == 2
+    with pytest.raises(gi.DomainError, match="finite derivative"):
+        gi.solve_ensemble(problem, np.zeros((40, 1)), t_end=1.0, method="rk-4")
 
 
 @gi.field
@@ -162,20 +173,6 @@ def test_a_member_that_does_not_fit_hurts_no_other(which: int) -> None:
     assert list(many.errors) == [which]
     assert isinstance(many.errors[which], gi.DeclarationError)
     assert (many.status == "success").sum() == 149
-
-
-@pytest.mark.parametrize("method", ["rk-4", "dop853-adaptive"])
-def test_the_first_and_the_last_may_both_fail_to_begin(method: str) -> None:
-    @gi.field
-    def singular(params, t, y, out, work):
-        out[0] = 1.0 / y[0]
-
-    problem = gi.Problem("1/x", (("x", 1),), field=singular)
-    states = np.array([[0.0], [1.0], [2.0], [0.0]])
-    many = gi.solve_ensemble(problem, states, t_end=1.0, method=method)
-    assert sorted(many.errors) == [0, 3]
-    with pytest.raises(gi.DomainError, match="finite derivative"):
-        gi.solve_ensemble(problem, np.zeros((40, 1)), t_end=1.0, method="rk-4")
 
 
 WRONG = {
@@ -221,20 +218,17 @@ def test_calls_are_explained() -> None:
             gi.solve_ensemble(*given, **({"t_end": 1.0} if len(given) != 3 else {}))
 
 
-STATES = {
-    "too short": (GOOD[:, :3], "states of 4 numbers"),
-    "none": (np.zeros((0, 4)), "states of 4 numbers"),
-    "of three axes": (GOOD[None], "states of 4 numbers"),
-    "text": ("state", "states of 4 numbers"),
-    "not finite": (np.full((3, 4), np.nan), r"states\[0\].*finite"),
-}
-
-
-@pytest.mark.parametrize("what", STATES)
-def test_states_are_checked(what: str) -> None:
-    states, text = STATES[what]
-    with pytest.raises(gi.DomainError, match=text):
-        gi.solve_ensemble(HENON, states, t_end=1.0)
+def test_states_are_checked() -> None:
+    shape = "states of 4 numbers"
+    for states, text in (
+        (GOOD[:, :3], shape),
+        (np.zeros((0, 4)), shape),
+        (GOOD[None], shape),
+        ("state", shape),
+        (np.full((3, 4), np.nan), r"states\[0\].*finite"),
+    ):
+        with pytest.raises(gi.DomainError, match=text):
+            gi.solve_ensemble(HENON, states, t_end=1.0)
 
 
 def test_problems_are_checked() -> None:
@@ -244,16 +238,6 @@ def test_problems_are_checked() -> None:
             gi.solve_ensemble(problems, GOOD, t_end=1.0)
     with pytest.raises(gi.DomainError, match="one for each problem"):
         gi.solve_ensemble([HENON] * 3, GOOD, t_end=1.0)
-
-
-def test_warnings_of_states_are_one() -> None:
-    problem = gi.load_scene("hamiltonized-n3").problem
-    states = np.array([problem.random_state(k) for k in range(6)])
-    states[2:5, :3] *= 1.0 + 1e-9
-    with pytest.warns(gi.GeomintWarning, match=r"3 of 6 states were changed; states\[2\]") as told:
-        many = gi.solve_ensemble(problem, states, tau_end=1.0, method="rk-4", step=0.1)
-    assert len(told) == 1
-    assert np.abs((many.states[:, :3] ** 2).sum(axis=1) - 1.0).max() < 1e-15
 
 
 @pytest.mark.parametrize("wanted", [{}, {"observe": ["energy"]}])

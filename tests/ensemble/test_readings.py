@@ -13,11 +13,19 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
+from geomint.run.ensemble import spread
 
 
 @gi.observable
 def product(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[4]
+
+
+@gi.field
+def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Turned by a force of period 2π."""
+    out[0] = y[1]
+    out[1] = -gi.sin(y[0]) + params[0] * gi.cos(t)
 
 
 PROBLEM = replace(gi.load_scene("hamiltonized-n3").problem, observables={"product": product})
@@ -66,19 +74,21 @@ def test_as_by_hand_from_the_states(kind: str, of: str) -> None:
         assert np.array_equal(many.final[k], run.y[-1])
 
 
-def test_what_does_not_vary_has_no_frequency() -> None:
-    run = {**RUN, "method": "gauss-8"}
-    many = gi.solve_ensemble(PROBLEM, STATES, **run, readings="frequency:energy")
-    assert np.isnan(many.readings["frequency:energy"]).all()
-
-
 def test_exponents_are_those_of_single_runs() -> None:
-    many = gi.solve_ensemble(PROBLEM, STATES[:3], **RUN, readings=["exponent", gi.Exponents(4)])
-    for k in range(3):
-        alone = gi.lyapunov(PROBLEM, STATES[k], **RUN)
-        assert np.array_equal(many.readings["exponents"][k], alone.exponents)
-        largest = gi.lyapunov(PROBLEM, STATES[k], **RUN, count=1)
-        assert many.readings["exponent"][k] == largest.exponents[0]
+    """With their errors, and the verdict whether they are above 0."""
+    wells = gi.Problem("wells", (("q", 1), ("v", 1)), params=[0.0], field=pendulum)
+    forced = [replace(wells, params=[a]) for a in (0.0, 1.0)]
+    words = ["exponent", "exponent-error", "chaotic"]
+    given: dict[str, Any] = {"t_end": 1000.0, "step": 0.2, "method": "rk-4"}
+    asked = [*words, gi.Exponents(2)]
+    many = gi.solve_ensemble(forced, [0.5, 0.0], **given, readings=asked)
+    for k, verdict in enumerate(("regular", "chaotic")):
+        alone = gi.lyapunov(forced[k], [0.5, 0.0], count=1, progress=False, **given)
+        assert alone.verdict == verdict
+        found = [alone.exponents[0], alone.errors[0], float(verdict == "chaotic")]
+        assert [many.readings[word][k] for word in words] == found
+        both = gi.lyapunov(forced[k], [0.5, 0.0], progress=False, **given)
+        assert np.array_equal(many.readings["exponents"][k], both.exponents)
 
 
 def test_points_of_sections_are_those_of_single_motions() -> None:
@@ -121,16 +131,6 @@ def test_several_problems_read_their_own_quantities() -> None:
     assert many.readings["final:energy"][0] != many.readings["final:energy"][1]
 
 
-def test_of_a_member_that_fails_nothing_is_read() -> None:
-    states = np.array([[0.1], [3.0], [0.2]])
-    many = gi.solve_ensemble(
-        BURSTING, states, t_end=2.0, method="rk-4", step=0.01, readings=["final:x", "drift:x"]
-    )
-    assert list(many.status) == ["success", "failed", "success"]
-    for values in many.readings.values():
-        assert list(np.isnan(values)) == [False, True, False]
-
-
 class Turns(gi.Reading):
     """How often a component changes its sign."""
 
@@ -146,16 +146,8 @@ def bursting(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = y[0] * y[0]
 
 
-@gi.observable
-def far(params: Any, t: Any, y: Any, work: Any) -> Any:
-    return 1.0 / y[0]
-
-
-@gi.observable
-def left(params: Any, t: Any, y: Any, work: Any) -> Any:
-    return (0.3 - y[0]) ** 0.5
-
-
+far = gi.observable(lambda params, t, y, work: 1.0 / y[0])
+left = gi.observable(lambda params, t, y, work: (0.3 - y[0]) ** 0.5)
 BURSTING = gi.Problem(
     "bursting", pieces=(("x", 1),), field=bursting, observables={"left": left, "far": far}
 )
@@ -164,18 +156,20 @@ BURSTING = gi.Problem(
 class Always(gi.Reading):
     """What looks at nothing, and keeps what it says."""
 
-    name, said = "always", np.ones(2)
+    name, said = "always", np.ones(3)
 
     def read(self, ran: Any) -> Any:
         return self.said[: len(ran)]
 
 
-def test_what_ones_own_says_of_members_that_fail_is_not_looked_at() -> None:
-    states = np.array([[0.1], [3.0]])
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.01}
-    many = gi.solve_ensemble(BURSTING, states, **run, readings=Always())
-    assert list(many.status) == ["success", "failed"]
-    assert np.array_equal(many.readings["always"], [1.0, np.nan], equal_nan=True)
+def test_of_a_member_that_fails_nothing_is_read() -> None:
+    """Nor is what one's own says of it looked at."""
+    asked = ["final:x", "drift:x", Always()]
+    states = np.array([[0.1], [3.0], [0.2]])
+    many = gi.solve_ensemble(BURSTING, states, t_end=2.0, method="rk-4", step=0.05, readings=asked)
+    assert list(many.status) == ["success", "failed", "success"]
+    for values in many.readings.values():
+        assert list(np.isnan(values)) == [False, True, False]
     assert Always.said[1] == 1.0
 
 
@@ -185,11 +179,8 @@ def test_what_is_no_number_at_a_state_has_no_extremes(kind: str) -> None:
     states = np.array([[0.1], [0.25], [0.35]])  # never; on the way; from the first state on
     run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
     found = gi.solve_ensemble(BURSTING, states, **run, readings=f"{kind}:left").readings
-    assert list(np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)) == [
-        True,
-        False,
-        False,
-    ]
+    finite = np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)
+    assert finite.tolist() == [True, False, False]
 
 
 def test_infinite_values_are_no_warning_of_their_own() -> None:
@@ -265,13 +256,6 @@ def test_states_that_are_not_to_be_kept_are_not(wanted: Any) -> None:
     assert many.tau[0, 0] == 2.0
 
 
-@pytest.mark.parametrize(("t0", "t_end", "what"), [(3.0, 5.0, "t0"), (0.0, -5.0, "t_end")])
-def test_points_of_sections_begin_at_time_0_and_go_forward(t0: Any, t_end: Any, what: str) -> None:
-    points = gi.SectionPoints("q[0]", 3)
-    with pytest.raises(gi.DomainError, match=f"{what} = "):
-        gi.solve_ensemble(HENON, 0.2 * np.eye(4), t0=t0, t_end=t_end, readings=points)
-
-
 class Wrong(Turns):
     def read(self, ran: Any) -> Any:
         return [1.0] * (len(ran) + 1)
@@ -307,13 +291,6 @@ def test_a_reading_that_fails_late_loses_nothing_that_is_done(workers: int) -> N
     np.testing.assert_array_equal(many.final[done], whole.final[done])
 
 
-def test_a_reading_of_ones_own() -> None:
-    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=[Turns()])
-    assert many.readings["turns"].shape == (9,)
-    assert many.readings["turns"].max() > 1
-    assert many.to_xarray()["turns"].dims == ("member",)
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -338,12 +315,22 @@ def test_what_cannot_be_read(asked: Any, said: str) -> None:
         gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked)
 
 
-def test_samples_at_uneven_times_have_no_frequency() -> None:
-    with pytest.raises(gi.DomainError, match="equal steps"):
-        gi.solve_ensemble(PROBLEM, STATES, tau_end=4.0, method="dop853-adaptive", readings="mean:K")
-    times = np.geomspace(0.1, 4.0, 40)
-    with pytest.raises(gi.DomainError, match="equal steps"):
-        gi.solve_ensemble(PROBLEM, STATES, tau_end=4.0, tau_eval=times, readings="mean:K")
+@pytest.mark.parametrize(
+    ("run", "asked", "said"),
+    [
+        ({"method": "dop853-adaptive"}, "mean:K", "equal steps"),
+        ({"tau_eval": np.geomspace(0.1, 4.0, 40)}, "mean:K", "equal steps"),
+        ({"tau_end": None, "t_end": 4.0}, "exponent", "tau_end"),
+        ({"tau_end": -5.0}, gi.SectionPoints("gamma[2]", 3), "tau_end = "),
+        ({"t0": 3.0}, gi.SectionPoints("gamma[2]", 3), "t0 = "),
+    ],
+)
+def test_runs_that_a_reading_does_not_take(run: Any, asked: Any, said: str) -> None:
+    """Averages and frequencies are of equal steps; sections begin at time 0 and go forward."""
+    given = {"tau_end": 4.0, **run}
+    given = {key: value for key, value in given.items() if value is not None}
+    with pytest.raises(gi.DomainError, match=said):
+        gi.solve_ensemble(PROBLEM, STATES, **given, readings=asked)
 
 
 def test_adaptive_members_at_even_times() -> None:
@@ -355,11 +342,6 @@ def test_adaptive_members_at_even_times() -> None:
     )
     name = "frequency:gamma[0]"
     assert np.allclose(fine.readings[name], other.readings[name], rtol=1e-5)
-
-
-def test_exponents_need_an_end_in_own_time() -> None:
-    with pytest.raises(gi.DomainError, match="tau_end"):
-        gi.solve_ensemble(PROBLEM, STATES, t_end=4.0, readings="exponent")
 
 
 def test_the_exact_flow_needs_times_to_read_at() -> None:
@@ -374,17 +356,18 @@ def test_the_exact_flow_needs_times_to_read_at() -> None:
 
 
 def test_in_a_dataset() -> None:
+    """With a reading of one's own."""
     asked = {"h": gi.Histogram("gamma[0]", [-1, 0, 1]), "w": gi.Windows("K", 4), "f": "final:K"}
-    data = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked).to_xarray()
-    assert data["f"].dims == ("member",)
+    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings={**asked, "turns": Turns()})
+    data = many.to_xarray()
+    assert data["f"].dims == data["turns"].dims == ("member",)
     assert data["w"].dims[0] == "member"
     assert "member" not in data["h"].dims
+    assert many.readings["turns"].max() > 1
 
 
 def test_many_members_in_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """States of a block are all that is held at a time, and blocks are small enough."""
-    from geomint.run.ensemble import spread
-
     sizes: list[int] = []
     run_block = spread.run_block
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import chaplygin as ch
 import geomint as gi
 
 SCENE = gi.load_scene("hamiltonized-n3")
@@ -55,24 +56,19 @@ def test_one_member_alone() -> None:
         many.single(5)
 
 
-def test_the_clock_is_asked_for() -> None:
-    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, method="rk-4", step=0.1, clock=False)
-    with pytest.raises(gi.DomainError, match="clock"):
-        _ = many.t
-
-
 def test_pieces_and_names() -> None:
-    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, method="rk-4", step=0.1, save_every=5)
+    run = {"tau_end": 1.0, "method": "rk-4", "step": 0.1, "save_every": 5, "clock": False}
+    many = gi.solve_ensemble(PROBLEM, STATES, **run)
     assert many.piece("gamma").shape == (5, 3, 3)
     assert len(many) == 5
     assert "ensemble of 5" in repr(many)
     with pytest.raises(gi.DomainError, match="piece"):
         many.piece("nothing")
+    with pytest.raises(gi.DomainError, match="clock"):
+        _ = many.t
 
 
 def test_as_a_dataset() -> None:
-    import chaplygin as ch
-
     chosen = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (3.0, 4.0)]
     many = gi.solve_ensemble(chosen, STATES[0], tau_end=2.0, step=0.1, save_every=7, observe=["K"])
     data = many.to_xarray()
@@ -88,20 +84,20 @@ def turning(params, t, y, out, work):
     out[0], out[1] = -y[1], y[0]
 
 
-@pytest.mark.parametrize("name", ["steps", "status", "member", "sample", "tau", "t"])
+@pytest.mark.parametrize("name", ["steps", "status", "member", "sample", "tau", "t", "x_0"])
 def test_names_of_a_dataset_are_not_those_of_others(name: str) -> None:
-    problem = gi.Problem("turning", ((name, 2),), field=turning)
+    problem = gi.Problem("turning", (("x", 1), (name, 1)), field=turning)
     many = gi.solve_ensemble(problem, np.ones((3, 2)), t_end=1.0, step=0.1, method="rk-4")
     data = many.to_xarray()
-    assert np.array_equal(data[f"{name}_"].values, many.piece(name))
+    assert np.array_equal(data[f"{name}_"].values.ravel(), many.piece(name).ravel())
+    assert {"x", f"{name}_", "steps", "status", "warnings"} >= set(data.data_vars)
     assert list(data.steps.values) == [10] * 3
     assert list(data.status.values) == ["success"] * 3
 
 
-def test_names_of_dimensions_are_not_those_of_pieces() -> None:
-    problem = gi.Problem("turning", (("x", 1), ("x_0", 1)), field=turning)
-    many = gi.solve_ensemble(problem, np.ones((3, 2)), t_end=1.0, step=0.1, method="rk-4")
-    assert set(many.to_xarray().data_vars) == {"x", "x_0_", "steps", "status", "warnings"}
+class Stuck:
+    def __copy__(self):
+        raise TypeError("never")
 
 
 def test_names_that_can_be_read_once() -> None:
@@ -110,12 +106,5 @@ def test_names_that_can_be_read_once() -> None:
     names = np.array(["energy", "K"])
     many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, observe=names)
     assert set(many.drift) == {"energy", "K"}
-
-
-def test_what_cannot_be_copied_is_an_error_of_its_own() -> None:
-    class Stuck:
-        def __copy__(self):
-            raise TypeError("never")
-
     with pytest.raises(gi.DomainError, match="observe"):
         gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, observe=Stuck())
