@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import functools
+import gc
 import json
-import re
 import shlex
 import sys
 import tomllib
@@ -19,50 +20,34 @@ from scipy.integrate import solve_ivp
 
 import geomint as gi
 from geomint.cli import main
-from geomint.methods import registry
-from geomint.problems.testproblems import henon_heiles
-from geomint.watch.registry import plugged
-from tests.pages.blocks import Block, blocks, commands, examples, invocations, page
+from tests.pages.blocks import PAGES, Block, blocks, commands, examples, invocations, page
 from tests.pages.session import NOT_RUN, alike, is_slow, outputs, printed, same
 
 CONSOLES = ["tutorial", "scene-files", "is-it-chaotic"]
+FIRST = ("tutorial", "README")  # the others are run at night
 # The packages that pages tell how to write are installed as they say: see below.
+WRITTEN = {"add-a-diagnostic", "add-a-method", "add-a-space", "add-a-system"}
 PYTHON = [
-    "tutorial",
-    "systems",
-    "exact-flow",
-    "see-the-motion",
-    "states-at-my-times",
-    "poincare-section",
-    "stop-when",
-    "derivatives",
-    "how-accurate",
-    "uneven-motions",
-    "frequencies",
-    "is-it-chaotic",
-    "many-runs",
-    "index",
-    "how-do-i",
-    "other-packages",
-    "README",
+    path.stem
+    for path in PAGES
+    if path.stem not in {*WRITTEN, "stress"} and any(b.info == "python" for b in blocks(path))
 ]
 
 
-def test_every_block_is_run_somewhere() -> None:
-    """A page with Python or a console that no test runs is named here, or is an error."""
-    elsewhere = {"add-a-diagnostic", "add-a-method", "add-a-space", "add-a-system", "audit"}
-    for path in sorted(Path(page("tutorial").parent).glob("*.md")):
-        infos = {block.info for block in blocks(path)}
-        if "console" in infos:
-            assert path.stem in {*CONSOLES, *elsewhere}
-        if "python" in infos:
-            assert path.stem in {*PYTHON, *elsewhere, "stress"}
+def at_night(names: list[str]) -> list[Any]:
+    return [pytest.param(n, marks=[pytest.mark.nightly] * (n not in FIRST)) for n in names]
+
+
+def test_every_console_is_run_somewhere() -> None:
+    for path in PAGES:
+        if any(block.info == "console" for block in blocks(path)):
+            assert path.stem in {*CONSOLES, *WRITTEN, "audit"}
 
 
 @pytest.mark.parametrize(
     "slow", [False, pytest.param(True, marks=pytest.mark.nightly)], ids=["fast", "all"]
 )
-@pytest.mark.parametrize("name", CONSOLES)
+@pytest.mark.parametrize("name", at_night(CONSOLES))
 def test_commands_print_what_the_page_shows(name: str, slow: bool, tmp_path: Path) -> None:
     ran = 0
     for command, lines in outputs(name, tmp_path, slow):
@@ -73,7 +58,7 @@ def test_commands_print_what_the_page_shows(name: str, slow: bool, tmp_path: Pat
     assert ran >= sum(1 for c in shown if c.output and (slow or not is_slow(c.text))) > 0
 
 
-@pytest.mark.parametrize("name", PYTHON)
+@pytest.mark.parametrize("name", at_night(PYTHON))
 def test_python_prints_what_the_page_shows(name: str, tmp_path: Path) -> None:
     """All blocks of a page in one namespace, in their order."""
     scope: dict[str, object] = {"__name__": "page"}
@@ -113,15 +98,22 @@ def check_readme(scope: dict[str, object]) -> None:
 
 def installed(folder: Path, entry_points: str) -> None:
     """Make the entry points of a pyproject.toml known, as an installation would."""
-    groups = re.findall(
-        r'\[project\.entry-points\."([\w.]+)"\]\n((?:[\w-]+ = .*\n?)+)', entry_points
-    )
-    lines = [f"[{group}]\n{entries}".replace('"', "") for group, entries in groups]
-    assert lines
+    groups = tomllib.loads(entry_points)["project"]["entry-points"]
     info = folder / "page-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: page\nVersion: 1.0\n", "utf-8")
+    lines = [
+        f"[{group}]\n" + "".join(f"{name} = {place}\n" for name, place in entries.items())
+        for group, entries in groups.items()
+    ]
     (info / "entry_points.txt").write_text("\n".join(lines), "utf-8")
+
+
+def forget() -> None:
+    """Let registries look for entry points again."""
+    for known in gc.get_objects():
+        if isinstance(known, functools._lru_cache_wrapper) and "registry" in known.__module__:
+            known.cache_clear()
 
 
 @pytest.fixture
@@ -129,11 +121,9 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A folder on the path of imports, whose modules are forgotten afterwards."""
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(tmp_path))
-    for known in (registry.methods, plugged):
-        known.cache_clear()
+    forget()
     yield tmp_path
-    for known in (registry.methods, plugged):
-        known.cache_clear()
+    forget()
     for name in set(sys.modules) - before:
         if (getattr(sys.modules[name], "__file__", None) or "").startswith(str(tmp_path)):
             del sys.modules[name]
@@ -143,6 +133,7 @@ def by_info(name: str, info: str) -> list[Block]:
     return [block for block in blocks(page(name)) if block.info == info]
 
 
+@pytest.mark.nightly
 def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
     """The tableau, registered; the order that is printed; the midpoint rule; and the doctest."""
     tableau, order, midpoint, same_bytes = examples(page("add-a-method"))
@@ -160,26 +151,6 @@ def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
     inputs = [x.removeprefix(">>> ") for x in session.text.splitlines() if x.startswith(">>> ")]
     exec(inputs[0], scope)
     assert str(eval(inputs[1], scope)) == session.text.splitlines()[-1]
-
-
-def test_trials_take_the_steps_of_now(package: Path) -> None:
-    """A step whose code has changed is not that of the trials before."""
-    _, _, midpoint, _ = examples(page("add-a-method"))
-    scope: dict[str, Any] = {"__name__": "changing"}
-    exec(midpoint.source, scope)
-
-    def step(problem: gi.Problem) -> float | None:
-        given: dict[str, Any] = {"method": scope["MIDPOINT_2"], "tolerance": 1e-5}
-        return gi.solve(problem, henon_heiles.INITIAL, t_end=10.0, **given).step
-
-    problem = henon_heiles.problem()
-    before, right = step(problem), scope["add_compensated"]
-
-    def more(y: Any, carry: Any, r: Any, by: Any) -> None:
-        right(y, carry, r, by + 1e-3 * abs(by))
-
-    scope["add_compensated"] = gi.helper(more)
-    assert step(problem) == step(henon_heiles.problem()) != before
 
 
 STEP = 3  # columns of a numbered step: what is indented further is an aside
@@ -206,6 +177,7 @@ def tops(package: Path) -> tuple[Path, str, list[str]]:
     return package, scene, [tests, others]
 
 
+@pytest.mark.nightly
 def test_systems_of_ones_own_work_as_their_page_says(
     tops: tuple[Path, str, list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -231,6 +203,7 @@ def test_systems_of_ones_own_work_as_their_page_says(
     assert same(shown.output, (told.out + told.err).splitlines())
 
 
+@pytest.mark.nightly
 def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
     """What is printed, the files of the page, and its tests."""
     shown, space, particle, group, *tests = examples(page("add-a-space"))
@@ -246,6 +219,7 @@ def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
     assert len(ran) == 4
 
 
+@pytest.mark.nightly
 def test_a_diagnostic_of_ones_own_works_as_its_page_says(
     package: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -269,10 +243,9 @@ def test_a_diagnostic_of_ones_own_works_as_its_page_says(
         main(shlex.split(command.text)[1:])
     told = capsys.readouterr()
     assert "stretching" in told.out, told.err
-    found = json.loads((package / "stretched" / "drift.json").read_text("utf-8"))
-    (run,) = found["methods"].values()
-    found = run["quantities"]
-    assert found["stretching"]["samples"] == 400
+    record = json.loads((package / "stretched" / "drift.json").read_text("utf-8"))
+    (run,) = record["methods"].values()
+    assert run["quantities"]["stretching"]["samples"] == 400
     text = (package / "stretched" / "report.html").read_text("utf-8")
     assert "stretching: the logarithm of how much a small distance" in text
 

@@ -24,12 +24,12 @@ MODULES = [
 ]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", MODULES)
 def test_examples_of_docstrings(name: str) -> None:
     """Each docstring brings the names that it uses, as a reader would have to."""
-    found = list(doctest.DocTestFinder().find(importlib.import_module(name)))
     examples = 0
-    for test in found:
+    for test in doctest.DocTestFinder().find(importlib.import_module(name)):
         test.globs = {}
         examples += ran(test)
     assert examples
@@ -44,6 +44,7 @@ def ran(test: doctest.DocTest) -> int:
     return runner.tries
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("path", API, ids=lambda path: path.stem)
 def test_examples_of_api_pages(path: Path) -> None:
     """All of a page in one session."""

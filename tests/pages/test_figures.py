@@ -18,8 +18,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import geomint as gi
+from geomint.cli import main
 from tests.pages.blocks import ROOT, page
 
 RESULTS = ROOT / "benchmarks" / "results"
@@ -162,9 +164,13 @@ def test_the_stress_tables_are_of_the_result() -> None:
     assert (ROOT / "docs" / "stress-table.md").read_text("utf-8") == told
 
 
+def words_of(name: str) -> str:
+    return " ".join(page(name).read_text("utf-8").split())
+
+
 @pytest.mark.parametrize(("name", "sentence"), FIGURES)
 def test_the_page_has_the_figures_of_the_result(name: str, sentence: str) -> None:
-    assert sentence in " ".join(page(name).read_text("utf-8").split())
+    assert sentence in words_of(name)
 
 
 def test_long_runs_are_as_the_page_says() -> None:
@@ -220,9 +226,8 @@ def test_rattle_costs_what_pages_say() -> None:
                 best = min(p["seconds"] for p in ours if p["error"] <= point["error"])
                 assert 0.8 * low < point["seconds"] / best < 1.2 * high, (name, point)
     for name in ("limitations", "choose-a-method"):
-        text = " ".join(page(name).read_text("utf-8").split())
-        assert "60 to 300 times" in text
-        assert "1 to 4 times" in text
+        assert "60 to 300 times" in words_of(name)
+        assert "1 to 4 times" in words_of(name)
 
 
 def test_tables_of_the_drift_classes_are_those_of_the_result() -> None:
@@ -246,10 +251,7 @@ def test_examples_of_drift_classes(
     words: str, quantity: str, size: str, kind: str, tmp_path: Path
 ) -> None:
     """Watched alone: what else a report watches changes nothing but its time."""
-    from click.testing import CliRunner
-
-    from geomint.cli import main
-
+    assert len(EXAMPLES) == 7
     done = CliRunner().invoke(
         main, ["drift", *words.split(), "--observe", quantity, "--out", str(tmp_path)]
     )
@@ -257,10 +259,6 @@ def test_examples_of_drift_classes(
     (entry,) = json.loads((tmp_path / "drift.json").read_text("utf-8"))["methods"].values()
     found = entry["quantities"][quantity]
     assert (f"{found['max_abs_error']:.1e}", found["class"]) == (size, kind)
-
-
-def test_there_are_examples() -> None:
-    assert len(EXAMPLES) == 7
 
 
 def test_the_tables_of_plans_are_of_these_scenes_and_rules() -> None:

@@ -17,7 +17,7 @@ from geomint.tableaux import COMPOSITIONS, RUNGE_KUTTA
 from tests.pages.blocks import PAGES, README, ROOT, blocks, page as page_of, prose
 
 API = ROOT / "docs" / "api"
-SYSTEMS = {point.name: point.load() for point in entry_points(group="geomint.systems")}
+SYSTEMS = {found.name: found for found in entry_points(group="geomint.systems")}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 
 
@@ -186,7 +186,8 @@ def test_keys_of_systems_are_explained() -> None:
     page = (ROOT / "docs" / "scene-files.md").read_text("utf-8")
     part = page.split("\n## `[system]`", 1)[1].split("\n## `[time]`", 1)[0]
     assert "{{ scene_keys }}" in part
-    for name, system in SYSTEMS.items():
+    for name, found in SYSTEMS.items():
+        system = found.load()
         for key, field in {**system.parameters.model_fields, **system.initial.model_fields}.items():
             assert field.description or f"`{key}`" in part, (name, key)
 
@@ -194,6 +195,6 @@ def test_keys_of_systems_are_explained() -> None:
 def test_axes_of_stress_are_on_their_page() -> None:
     text = (ROOT / "docs" / "stress.md").read_text("utf-8")
     table = text.split("\n## What is stressed", 1)[1].split("\nEvery case", 1)[0]
-    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == {
-        case.axis.name for point in entry_points(group="geomint.stress") for case in point.load()()
-    }
+    cases = [case for found in entry_points(group="geomint.stress") for case in found.load()()]
+    named = set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE))
+    assert named == {case.axis.name for case in cases}

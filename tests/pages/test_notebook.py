@@ -16,15 +16,11 @@ SHOWN = ("text/plain", "text/html", "image/png")
 
 
 def executed(book: Any, folder: Path) -> Any:
+    """Return a notebook that was run, with the backend for pictures that notebooks have."""
     client = NotebookClient(
         book, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
     )
     return client.execute()
-
-
-@pytest.fixture
-def kernel(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("MPLBACKEND", raising=False)  # a notebook has its own
 
 
 def kinds(cell: Any) -> list[list[str]]:
@@ -45,21 +41,23 @@ def without_compiling(cells: list[Any]) -> list[Any]:
     return cells
 
 
-@pytest.mark.filterwarnings("ignore")  # of the libraries that start a kernel
-def test_the_notebook_of_the_docs(kernel: None, tmp_path: Path) -> None:
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.filterwarnings("ignore"),  # of the libraries that start a kernel
+]
+
+
+def test_the_notebook_of_the_docs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("MPLBACKEND", raising=False)
     book = nbformat.read(NOTEBOOK, as_version=4)
     shown = [kinds(cell) for cell in book.cells if cell.cell_type == "code"]
     ran = executed(book, tmp_path).cells
     cells = without_compiling([cell for cell in ran if cell.cell_type == "code"])
     assert [kinds(cell) for cell in cells] == shown
-    assert not [
-        output
-        for cell in cells
-        for output in cell.outputs
-        if output.output_type in ("stream", "error")
-    ]
+    outputs = [output for cell in cells for output in cell.outputs]
+    assert not {output.output_type for output in outputs} & {"stream", "error"}
     assert (tmp_path / "ball.nc").exists()
-    assert "True" in [output.data["text/plain"] for cell in cells for output in cell.outputs]
+    assert "True" in [output.data["text/plain"] for output in outputs]
 
 
 PROGRESS = """
@@ -75,8 +73,7 @@ with progress.Progress(None, 4.0, "a <b> label") as bar:
 """
 
 
-@pytest.mark.filterwarnings("ignore")
-def test_a_bar_leaves_nothing_behind(kernel: None, tmp_path: Path) -> None:
+def test_a_bar_leaves_nothing_behind(tmp_path: Path) -> None:
     """It is shown, and what remains in the cell and its exports is empty."""
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(PROGRESS)])
     outputs = executed(book, tmp_path).cells[0].outputs

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 import tomllib
 
-import pytest
-
 from tests.pages.blocks import ROOT
 
 PICTURE = (ROOT / "docs" / "design.md").read_text("utf-8").split("```text\n")[1].split("```")[0]
@@ -35,30 +33,16 @@ def built(folder: str) -> set[str]:
     }
 
 
-@pytest.mark.parametrize(
-    ("start", "folder"),
-    [("geomint/", "geomint"), ("chaplygin/", "chaplygin")],
-)
-def test_every_room_is_drawn(start: str, folder: str) -> None:
-    names = [name for line in drawn(start) for name in line]
-    assert sorted(names) == sorted(built(folder))
-
-
-def test_rooms_of_the_kernels_are_drawn() -> None:
+def test_every_room_is_drawn() -> None:
+    """In the order of the layers: lines are those of the contract, which is exhaustive."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
+    for package in ("geomint", "chaplygin"):
+        lines = drawn(f"{package}/")
+        assert sorted(name for line in lines for name in line) == sorted(built(package))
+        layers = next(c["layers"] for c in contracts if c.get("containers") == [package])
+        assert [sorted(line) for line in lines] == [sorted(x.split(" | ")) for x in layers]
     after = PICTURE.split("    kernels ")[1].splitlines()[1:]
     names = [line.split()[0] for line in after if line.startswith(" " * 8)]
     assert sorted(names) == sorted(built("geomint/kernels"))
-
-
-@pytest.mark.parametrize("package", ["geomint", "chaplygin"])
-def test_the_picture_is_in_the_order_of_the_layers(package: str) -> None:
-    """Lines are the layers of the contract, which is exhaustive."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]
-    layers = next(c["layers"] for c in contracts["contracts"] if c.get("containers") == [package])
-    assert [sorted(line) for line in drawn(f"{package}/")] == [
-        sorted(layer.split(" | ")) for layer in layers
-    ]
-
-
-def test_a_package_has_few_rooms() -> None:
     assert len(built("geomint")) <= 18
