@@ -9,12 +9,9 @@ same mutants as long as the code is the same.
 from __future__ import annotations
 
 import ast
-import contextlib
-import functools
-import io
 import random
-import tokenize
 from collections.abc import Iterator
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,11 +28,11 @@ FIRST = {  # the folders that run first, where they have not the name of the roo
     "run.storage": "outputs", "scipy": "methods/test_scipy.py", "tableaux": "tableaux methods",
     "testing": "spaces watch", "watch": "watch report",
 }  # fmt: skip
-SIGNS = {ast.Add: ("+", "-"), ast.Sub: ("-", "+")}
-ORDERS = {
-    ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">"),
-    ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Is: ("is", "is not"),
-    ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"), ast.NotIn: ("not in", "in"),
+OTHER: dict[type, tuple[str, str]] = {
+    ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"),
+    ast.Gt: (">", ">="), ast.GtE: (">=", ">"), ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="),
+    ast.Is: ("is", "is not"), ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"),
+    ast.NotIn: ("not in", "in"),
 }  # fmt: skip
 SKIPPED = (ast.Import, ast.ImportFrom, ast.JoinedStr, ast.Raise)
 UNCHANGED = {"isinstance", "issubclass", "hasattr", "getattr", "setattr", "cast", "TypeVar"}
@@ -52,146 +49,125 @@ class Change(NamedTuple):
     text: bytes
 
 
-class Changes(ast.NodeVisitor):
-    """Finds all changes of a module."""
+class Changes:
+    """All changes of a module, and its code lines."""
 
     def __init__(self, source: bytes) -> None:
         self._source, self.found, self._names = source, list[Change](), list[str]()
-        lines = source.splitlines(keepends=True)
-        self._starts = [sum(map(len, lines[:k])) for k in range(len(lines) + 1)]
-        self.visit(ast.parse(source))
+        self._starts = [0, *accumulate(map(len, source.splitlines(keepends=True)))]
+        self.lines = set[int]()
+        self._visit(ast.parse(source))
 
-    def visit(self, node: Any) -> None:
+    def _visit(self, node: Any) -> None:
         """Note what can be changed at a node, and go on inside of it."""
-        if isinstance(node, SKIPPED) or _of_typing(node):
+        named = getattr(node, "targets", [getattr(node, "test", None)])[0]
+        if isinstance(node, SKIPPED) or getattr(named, "id", "") in ("__all__", "TYPE_CHECKING"):
             return
-        name = getattr(node, "name", "") if isinstance(node, ast.FunctionDef | ast.ClassDef) else ""
-        self._names += [name] if name else []
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            return  # prose
+        self.lines |= {node.lineno} if hasattr(node, "lineno") else set()
+        own = [node.name] if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
+        self._names += own
         for kind, place, text in self._at(node):
             start, end = place if isinstance(place, tuple) else self._span(place)
-            own = ".".join(self._names)
-            self.found.append(Change(node.lineno, own, kind, start, end, text))
+            function = ".".join(self._names)
+            self.found.append(Change(node.lineno, function, kind, start, end, text))
         for field, value in ast.iter_fields(node):
-            if field not in ("annotation", "returns"):
-                for child in value if isinstance(value, list) else [value]:
-                    if isinstance(child, ast.AST):
-                        self.visit(child)
-        del self._names[len(self._names) - bool(name) :]
+            for child in value if isinstance(value, list) else [value]:
+                if isinstance(child, ast.AST) and field not in ("annotation", "returns"):
+                    self._visit(child)
+        del self._names[len(self._names) - len(own) :]
 
-    def _span(self, node: ast.AST) -> tuple[int, int]:
-        n: Any = node
+    def _span(self, n: Any) -> tuple[int, int]:
         begin, end = self._starts[n.lineno - 1], self._starts[n.end_lineno - 1]
         return begin + n.col_offset, end + n.end_col_offset
 
-    def _text(self, node: ast.AST) -> bytes:
+    def _text(self, node: Any) -> bytes:
         return self._source[slice(*self._span(node))]
 
-    def _between(self, left: ast.AST, right: ast.AST, old: str, new: str) -> tuple[Any, bytes]:
+    def _operator(self, left: Any, operator: Any, right: Any) -> tuple[tuple[int, int], bytes]:
         """Return where an operator is, and the other one."""
-        start, end = self._span(left)[1], self._span(right)[0]
-        at = self._source.index(old.encode(), start, end)
-        return (at, at + len(old)), new.encode()
+        old, new = (word.encode() for word in OTHER[type(operator)])
+        at = self._source.index(old, self._span(left)[1], self._span(right)[0])
+        return (at, at + len(old)), new
 
-    def _at(self, node: ast.AST) -> Iterator[tuple[str, Any, bytes]]:
+    def _at(self, node: Any) -> Iterator[tuple[str, Any, bytes]]:
+        """Yield the kinds of changes of a node, where they are made, and the new text."""
         match node:
-            case ast.BinOp(left=left, op=ast.Add() | ast.Sub() as op, right=right):
-                if not (_is_text(left) or _is_text(right)):
-                    yield "sign", *self._between(left, right, *SIGNS[type(op)])
-            case ast.AugAssign(target=left, op=ast.Add() | ast.Sub() as op, value=right):
-                if not _is_text(right):
-                    yield "sign", *self._between(left, right, *SIGNS[type(op)])
-            case ast.UnaryOp(op=ast.USub(), operand=operand):
-                yield "sign", node, self._text(operand)
-            case ast.Compare(left=left, ops=[op], comparators=[right]):
-                yield "comparison", *self._between(left, right, *ORDERS[type(op)])
-            case ast.Subscript(slice=ast.Constant(value=int()) | ast.BinOp() as index):
-                yield "index", index, self._text(index) + b" + 1"
-            case ast.Subscript(slice=ast.Name(id=name) as index) if len(name) == 1:
-                yield "index", index, self._text(index) + b" + 1"
+            case ast.AugAssign(target=x, op=op, value=y) | ast.BinOp(left=x, op=op, right=y):
+                if type(op) in OTHER and not (_is_text(x) or _is_text(y)):
+                    yield "sign", *self._operator(x, op, y)
+            case ast.UnaryOp(op=ast.USub(), operand=x):
+                yield "sign", node, self._text(x)
+            case ast.Compare(left=x, ops=[op], comparators=[y]):
+                yield "comparison", *self._operator(x, op, y)
+            case ast.Subscript(slice=ast.Constant(value=int()) | ast.BinOp() | ast.Name() as x):
+                if len(getattr(x, "id", "i")) == 1:  # longer names may be those of keys
+                    yield "index", x, self._text(x) + b" + 1"
             case ast.Expr(value=ast.Call()):
                 yield "dropped call", node, b"pass"
-            case ast.Call(args=[one], keywords=[]) if not isinstance(one, ast.Starred):
-                yield "dropped call", node, b"(%b)" % self._text(one)
-            case ast.Call(func=function, args=[one, two, *_]):
-                starred = isinstance(one, ast.Starred) or isinstance(two, ast.Starred)
+            case ast.Call(args=[x], keywords=[]) if not isinstance(x, ast.Starred):
+                yield "dropped call", node, b"(%b)" % self._text(x)
+            case ast.Call(func=function, args=[x, y, *_]):
+                starred = isinstance(x, ast.Starred) or isinstance(y, ast.Starred)
                 if not starred and getattr(function, "id", "") not in UNCHANGED:
-                    (start, _), (_, end) = self._span(one), self._span(two)
-                    middle = self._source[self._span(one)[1] : self._span(two)[0]]
-                    text = self._text(two) + middle + self._text(one)
+                    (start, middle), (rest, end) = self._span(x), self._span(y)
+                    text = self._text(y) + self._source[middle:rest] + self._text(x)
                     yield "swapped", (start, end), text
-            case ast.Constant(value=bool() | int() | float() as value):
-                others = [not value] if isinstance(value, bool) else [value + 1, value - 1]
-                for other in others:
+            case ast.Constant(value=bool() | int() | float() as x):
+                for other in [not x] if isinstance(x, bool) else [x + 1, x - 1]:
                     yield "constant", node, repr(other).encode()
 
 
-def _of_typing(node: ast.AST) -> bool:
-    """Tell whether nothing of a statement is run, but by who checks types or reads names."""
-    if isinstance(node, ast.If):
-        return getattr(node.test, "id", "") == "TYPE_CHECKING"
-    targets = node.targets if isinstance(node, ast.Assign) else []
-    return any(getattr(target, "id", "") == "__all__" for target in targets)
-
-
-def _is_text(node: ast.AST) -> bool:
+def _is_text(node: Any) -> bool:
     return isinstance(node, ast.JoinedStr) or isinstance(getattr(node, "value", None), str | bytes)
-
-
-def code_lines(source: bytes) -> list[int]:
-    """Return the lines with code, without those of strings that are statements."""
-    prose = set[int]()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            prose.update(range(node.lineno, (node.end_lineno or 0) + 1))
-    tokens = tokenize.tokenize(io.BytesIO(source).readline)
-    kinds = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
-    left_out = (*kinds, tokenize.ENCODING, tokenize.ENDMARKER)
-    return sorted({t.start[0] for t in tokens if t.type not in left_out} - prose)
 
 
 def drawn(seed: int, count: int, room: str = "src") -> Iterator[Job]:
     """Yield mutants, all of them different."""
     rng, home, known = random.Random(seed), ROOT / room, set[tuple[Path, Change]]()
     paths = sorted(home.rglob("*.py")) if home.is_dir() else [home]
-    lines = [(path, line) for path in paths for line in code_lines(path.read_bytes())]
-    changes_of = functools.cache(lambda path: Changes(path.read_bytes()).found)
+    changes = {path: Changes(path.read_bytes()) for path in paths}
+    lines = [(path, line) for path in paths for line in sorted(changes[path].lines)]
     while len(known) < count:
         path, line = rng.choice(lines)
-        here = [c for c in changes_of(path) if c.line == line]
+        found = changes[path].found
+        here = [c for c in found if c.line == line]
         if not here:  # of the function that begins, or goes on, there
-            before = [c for c in changes_of(path) if c.line < line]
-            function = max(before).function if before else ""
-            here = [c for c in changes_of(path) if c.function == function]
-        if not here:
-            continue
-        kind = rng.choice(sorted({c.kind for c in here}))
-        change = rng.choice([c for c in here if c.kind == kind])
-        job = _job(f"drawn-{seed}-{len(known) + 1}", path, change)
-        if job is not None and (path, change) not in known:
-            known.add((path, change))
-            yield job
+            function = max([c for c in found if c.line < line], default=None)
+            here = [c for c in found if function and c.function == function.function]
+        if here:
+            kind = rng.choice(sorted({c.kind for c in here}))
+            change = rng.choice([c for c in here if c.kind == kind])
+            source = path.read_bytes()
+            other = source[: change.start] + change.text + source[change.end :]
+            if (path, change) not in known and is_other(source, other):
+                known.add((path, change))
+                yield _job(f"drawn-{seed}-{len(known)}", path, change, source, other)
 
 
-def _job(name: str, path: Path, change: Change) -> Job | None:
-    """Return what is to be run for a change, or nothing if it is none, or no code."""
-    source, inside = path.read_bytes(), path.relative_to(ROOT)
-    other = source[: change.start] + change.text + source[change.end :]
-    with contextlib.suppress(SyntaxError):
-        if ast.dump(ast.parse(other)) != ast.dump(ast.parse(source)):
-            package, *parts = inside.relative_to("src").with_suffix("").parts
-            rooms = [".".join(parts[:k]) for k in range(len(parts), 0, -1)]
-            own = package if package == "chaplygin" and parts[0] != "stress" else parts[0]
-            own = own if (ROOT / "tests" / own).is_dir() else "cli"
-            folders = next(
-                (FIRST[room] for room in rooms if own != "chaplygin" and room in FIRST), own
-            )
-            begin = source.rfind(b"\n", 0, change.start) + 1
-            ends = (source, change.end), (other, change.start + len(change.text))
-            old, new = (x[begin : x.find(b"\n", end)].decode().strip() for x, end in ends)
-            place = f"{package}.{rooms[0]}:{change.function}"
-            told = place, change.kind, old, new, inside, other.decode()
-            return Job(name, *told, tuple(folders.split()))
-    return None
+def is_other(source: bytes, other: bytes) -> bool:
+    """Tell whether a change is one, and leaves code."""
+    try:
+        return ast.dump(ast.parse(other)) != ast.dump(ast.parse(source))
+    except SyntaxError:
+        return False
+
+
+def _job(name: str, path: Path, change: Change, source: bytes, other: bytes) -> Job:
+    """Return what is to be run for a change."""
+    inside = path.relative_to(ROOT)
+    package, *parts = inside.relative_to("src").with_suffix("").parts
+    rooms = [".".join(parts[:k]) for k in range(len(parts), 0, -1)]
+    own = "chaplygin" if package == "chaplygin" and parts[0] != "stress" else parts[0]
+    own = own if (ROOT / "tests" / own).is_dir() else "cli"
+    folders = next((FIRST[r] for r in rooms if package == "geomint" and r in FIRST), own)
+    begin = source.rfind(b"\n", 0, change.start) + 1
+    ends = (source, change.end), (other, change.start + len(change.text))
+    old, new = (x[begin : x.find(b"\n", end)].decode().strip() for x, end in ends)
+    place = f"{package}.{rooms[0]}:{change.function}"
+    told = name, place, change.kind, old, new, inside, other.decode()
+    return Job(*told, tuple(folders.split()))
 
 
 if __name__ == "__main__":

@@ -14,8 +14,8 @@ import contextlib
 import json
 import math
 import os
-import queue
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -29,11 +29,15 @@ from typing import Any, NamedTuple
 
 from tests.planted.faults import FAULTS, ROOT, Fault
 
-ROWS: dict[str, list[str]] = {"fast": [], "nightly": ["-m", ""]}
+# More arguments, and how many seconds of a processor the folder and the row may take.
+ROWS: dict[str, tuple[list[str], int, int]] = {
+    "fast": ([], 900, 3000),
+    "nightly": (["-m", ""], 9000, 30_000),
+}
 OWN = ("tests/planted", "tests/test_weight.py")  # which see every change, for no user's sake
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*_cache", "_build", ".venv")
-FOLDER, ROW = 900.0, 1800.0  # seconds
-FIRST = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+WAITING = 4.0  # times as many seconds of the clock
+FIRST = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", re.MULTILINE)
 Result = dict[str, Any]
 
 
@@ -61,59 +65,65 @@ def job_of(fault: Fault) -> Job:
     return Job(name, *told, fault.path, fault.source(), (folder,))
 
 
+def mode(given: argparse.Namespace) -> Result:
+    """Return what a result depends on, beside the fault."""
+    return {name: getattr(given, name) for name in ("row", "narrow", "files")}
+
+
 class Copy:
     """A checkout of its own, with compiled code of its own."""
 
-    def __init__(self, home: Path, processes: str) -> None:
-        self.root, self._cache, self._processes = home / "checkout", home / "cache", processes
+    def __init__(self, home: Path, given: argparse.Namespace) -> None:
+        self.root, self._cache, self._given = home / "checkout", home / "cache", given
         shutil.copytree(ROOT, self.root, ignore=LEFT_OUT, symlinks=True)
         own = {"PYTHONPATH": str(self.root / "src"), "NUMBA_CACHE_DIR": str(self._cache)}
         self._environment = {**os.environ, "MPLBACKEND": "Agg", **own}
 
-    def look(self, job: Job, row: str, narrow: bool) -> Result:
+    def look(self, job: Job) -> Result:
         """Return whether a fault is seen, and by what."""
         place, begun = self.root / job.path, time.monotonic()
+        more, folder, row = ROWS[self._given.row]
         before, compiled = place.read_bytes(), set(self._cache.glob("geomint/*"))
         place.write_text(job.source, "utf-8")
         try:
-            seen = self._seen(job, self._files(job), row, FOLDER)
-            if seen is None and not narrow:
-                seen = self._seen(job, ["tests"], row, ROW)
+            seen = self._seen(job, [*more, *self._files(job)], folder)
+            if seen is None and not self._given.narrow:
+                seen = self._seen(job, [*more, "tests"], row)
         finally:
             place.write_bytes(before)
             if "kernels" in job.path.parts:  # compiled code that nothing else runs
-                for folder in set(self._cache.glob("geomint/*")) - compiled:
-                    shutil.rmtree(folder, ignore_errors=True)
+                for own in set(self._cache.glob("geomint/*")) - compiled:
+                    shutil.rmtree(own, ignore_errors=True)
         seconds = round(time.monotonic() - begun)
-        return {**job.told, "row": row, "narrow": narrow, "by": seen, "seconds": seconds}
+        return {**job.told, **mode(self._given), "by": seen, "seconds": seconds}
 
     def _files(self, job: Job) -> list[str]:
         """Return the files of its folders, first those that speak of the same things."""
-        words = re.split(r"\W|_", f"{job.path.stem} {job.place.partition(':')[2]}".lower())
+        words = {word.lower() for word in re.findall("[A-Z]?[a-z]{3,}", job.place)}
 
         def alike(path: Path) -> float:
             text = path.read_text("utf-8").lower()
-            counts = [min(text.count(w), 9) for w in {*words} if len(w) > 3]
+            counts = [min(text.count(w), 9) for w in words]
             return sum(counts) / (2000 + len(text))
 
         homes = [self.root / "tests" / folder for folder in job.folders]
         found = [
-            p for home in homes for p in ([home] if home.is_file() else home.rglob("test_*.py"))
+            path for home in homes for path in (home, *home.rglob("test_*.py")) if path.is_file()
         ]
-        return [str(path) for path in sorted(found, key=lambda path: (-alike(path), path))]
+        return [*map(str, sorted(found, key=lambda path: (-alike(path), path)))][
+            : self._given.files
+        ]
 
-    def _seen(self, job: Job, tests: list[str], row: str, limit: float) -> str | None:
+    def _seen(self, job: Job, tests: list[str], limit: int) -> str | None:
         """Return the first test that fails, or None if all pass."""
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-n", self._processes, *ROWS[row]]
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-n", self._given.processes]
         options += [f"--ignore={path}" for path in OWN]
         code, said = self._run(["-m", "pytest", *options, *tests], limit)
         first = FIRST.search(said)
         if code == 0:
             return None
-        if code is None:
-            return f"hangs: still running after {limit:g} s"
-        if code < 0:
-            return signal.Signals(-code).name
+        if code is None or code < 0:  # SIGXCPU: after `limit` seconds of a processor
+            return f"hangs: no end after {limit} s" if code is None else signal.Signals(-code).name
         if code == 1 or (code == 2 and first):
             return first[1] if first else "?"
         needed = f"import geomint, {job.place.partition(':')[0]}"
@@ -121,14 +131,16 @@ class Copy:
             return "cannot be imported"
         raise RuntimeError(f"pytest ended with {code}, not by a test that fails:\n{said[-3000:]}")
 
-    def _run(self, arguments: Sequence[str], limit: float) -> tuple[int | None, str]:
-        """Return the exit code, None after `limit` seconds, and the output."""
+    def _run(self, arguments: Sequence[str], limit: int) -> tuple[int | None, str]:
+        """Return the exit code, None if there is no end, and the output."""
         process = subprocess.Popen(
             [sys.executable, *arguments], cwd=self.root, env=self._environment, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True, errors="replace",
         )  # fmt: skip
+        with contextlib.suppress(ProcessLookupError):
+            resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, limit))
         try:
-            said, _ = process.communicate(timeout=limit)
+            said, _ = process.communicate(timeout=WAITING * limit)
             return process.returncode, said
         except subprocess.TimeoutExpired:
             return None, ""
@@ -143,27 +155,21 @@ def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[Result]:
     known: dict[str, Result] = {}
     with contextlib.suppress(FileNotFoundError):
         known = {r["name"]: r for r in json.loads(given.out.read_text("utf-8"))}
-    mode = {"row": given.row, "narrow": given.narrow}
-    left = [
-        job
-        for job in jobs
-        if job.name in given.names
-        or not (job.told | mode).items() <= known.get(job.name, {}).items()
-    ]
-    copies: queue.SimpleQueue[Copy] = queue.SimpleQueue()
+    old = [j.name for j in jobs if (j.told | mode(given)).items() <= known.get(j.name, {}).items()]
+    left = [job for job in jobs if job.name in given.names or job.name not in old]
+    copies: list[Copy] = []
 
     def look(job: Job) -> Result:
-        copy = copies.get()
+        copy = copies.pop()
         try:
-            return copy.look(job, **mode)
+            return copy.look(job)
         finally:
-            copies.put(copy)
+            copies.append(copy)
 
     pool = ThreadPoolExecutor(given.workers)
     with tempfile.TemporaryDirectory(prefix="planted-") as home, contextlib.ExitStack() as ends:
         ends.callback(pool.shutdown, cancel_futures=True)
-        for k in range(given.workers if left else 0):
-            copies.put(Copy(Path(home, str(k)), given.processes))
+        copies += [Copy(Path(home, str(k)), given) for k in range(given.workers if left else 0)]
         for future in as_completed([pool.submit(look, job) for job in left]):
             r = future.result()
             known[r["name"]] = r
@@ -198,6 +204,7 @@ def options(out: str) -> argparse.ArgumentParser:
     parser.add_argument("names", nargs="*", metavar="NAMES")
     parser.add_argument("--row", choices=ROWS, default="fast")
     parser.add_argument("--narrow", action="store_true", help="only the folders that should see it")
+    parser.add_argument("--files", type=int, help="of these folders, the most: for a quick look")
     parser.add_argument("--workers", type=int, default=1, help="copies of the checkout at once")
     parser.add_argument("--processes", default="0", help="of each row: `-n` of pytest")
     parser.add_argument("--out", type=Path, default=Path(out))
@@ -206,7 +213,8 @@ def options(out: str) -> argparse.ArgumentParser:
 
 def tell(jobs: Sequence[Job], given: argparse.Namespace) -> None:
     """Run those that are named, or all; end with code 1 if something slips."""
-    results = run([job for job in jobs if job.name in (given.names or {job.name})], given)
+    own = {job.name: job for job in jobs}
+    results = run([own[name] for name in given.names] or jobs, given)
     print(summary(results))
     sys.exit(any(r["by"] is None for r in results))
 
