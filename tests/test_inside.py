@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ast
-import contextlib
 import functools
 import importlib
 import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 from tests.test_surface import OWN, rooms
 
@@ -56,23 +56,30 @@ def imported(tree: ast.AST) -> Iterator[str]:
         else:
             found = [node.value] if isinstance(node, ast.Constant) else []
         for name in found:
-            if isinstance(name, str) and re.fullmatch(r"(geomint|chaplygin)(\.\w+)+", name):
+            deep = (
+                2 if isinstance(node, ast.Constant) else 1
+            )  # groups of entry points have names, too
+            if re.fullmatch(rf"(geomint|chaplygin)(\.\w+){{{deep},}}", str(name)):
                 yield name
 
 
 def defining(name: str) -> str | None:
-    """Return the module that a name is of, itself if it is one; None if there is no such module."""
-    parts = name.split(".")
-    for k in range(len(parts), 0, -1):
-        with contextlib.suppress(ImportError):
-            return importlib.import_module(".".join(parts[:k])).__name__
-    return None
+    """Return the module that a name is taken from, itself if it is one; None if there is none."""
+    parts, found = name.split("."), None
+    for k in range(1, len(parts) + 1):
+        if found and not isinstance(getattr(found, parts[k - 1], found), ModuleType):
+            break  # a name of that package, whatever modules it has
+        try:
+            found = importlib.import_module(".".join(parts[:k]))
+        except ImportError:
+            break
+    return found and found.__name__
 
 
 @functools.cache
 def seen() -> dict[tuple[str, str], set[tuple[str, str]]]:
     """Return modules and names that tests see of the inside, by folder and its room or ''."""
-    public = {*rooms(), *OWN, "geomint.cli"}
+    public = {*rooms(), *OWN, "geomint.cli", "geomint.problems.spaces", "geomint.report"}
     found = defaultdict[tuple[str, str], set[tuple[str, str]]](set)
     for path in HERE.rglob("*.py"):
         place = path.relative_to(HERE)
