@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-import chaplygin as ch
 import geomint as gi
 
 
@@ -20,16 +19,12 @@ def test_one_term_is_found_to_rounding(nu, amplitude, step):
     assert abs(term.amplitude - amplitude) < 1e-10 * abs(amplitude)
 
 
-def three(count):
-    times = np.arange(count) * 0.1
-    terms = [(1.0, np.sqrt(2.0)), (0.3j, -np.sqrt(5.0)), (0.02, np.pi)]
-    return sum(c * np.exp(1j * nu * times) for c, nu in terms), terms
-
-
 @pytest.mark.parametrize(("count", "allowed"), [(1000, 1e-5), (4000, 1e-8), (16000, 1e-11)])
 def test_several_terms(count, allowed):
     """The error falls as T^(−2p−2): 1e3 for a factor 4 with p = 2, which is T^(−5) and more."""
-    signal, terms = three(count)
+    times = np.arange(count) * 0.1
+    terms = [(1.0, np.sqrt(2.0)), (0.3j, -np.sqrt(5.0)), (0.02, np.pi)]
+    signal = sum(c * np.exp(1j * nu * times) for c, nu in terms)
     found = gi.frequencies(signal, 0.1, terms=3)
     for term, (amplitude, nu) in zip(found, terms, strict=True):
         assert term.frequency == pytest.approx(nu, abs=allowed)
@@ -74,21 +69,6 @@ def test_the_largest_term_is_the_first():
     assert sizes == sorted(sizes, reverse=True)
 
 
-def test_frequencies_of_a_torus():
-    """All lines of γ_1 + iγ_2 are half whole combinations of the exact flow's frequencies."""
-    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
-    y = problem.state(gamma=[0.48, 0.6, 0.64], p=[0.8, 1.0, -1.5375])
-    omega = problem.exact(y).frequencies
-    run = gi.solve(
-        problem, y, tau_end=2000.0, step=0.1, method="gauss-8", save_every=4, progress=False
-    )
-    found = gi.frequencies(run.y[:, 0] + 1j * run.y[:, 1], 0.4, terms=4)
-    whole = np.arange(-12, 13) / 2.0
-    combinations = np.add.outer(whole * omega[0], whole * omega[1]).ravel()
-    for term in found:
-        assert np.min(np.abs(combinations - term.frequency)) < 1e-9
-
-
 @pytest.mark.parametrize(
     ("signal", "step", "terms", "order", "match"),
     [
@@ -97,6 +77,7 @@ def test_frequencies_of_a_torus():
         (np.zeros((20, 2)), 1.0, 1, 2, "in a row"),
         (np.ones(20), 0.0, 1, 2, "step"),
         (np.ones(20), 1.0, 0, 2, "terms"),
+        (np.exp(0.3j * np.arange(100)), 1e-320, 1, 2, "inverse"),
     ],
 )
 def test_nonsense(signal, step, terms, order, match):
@@ -113,8 +94,3 @@ def test_signals_of_any_size(size):
     assert term.frequency == pytest.approx(0.5 * np.pi, abs=1e-9)
     assert term.amplitude.real / size == pytest.approx(1.0, rel=1e-6)
     assert gi.rotation_number(signal).value == pytest.approx(0.5 * np.pi, abs=1e-9)
-
-
-def test_a_step_without_an_inverse():
-    with pytest.raises(gi.DomainError, match="inverse"):
-        gi.frequencies(np.exp(0.3j * np.arange(100)), 1e-320)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.errors import LONGEST_MESSAGE, nearest, quoted
 from geomint.problems.testproblems import henon_heiles
 
+LONGEST_MESSAGE = 3000  # characters
 FIELD, Y0 = henon_heiles.problem(), henon_heiles.INITIAL
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
 MASKED = np.ma.masked_array([0.1, 0.2, 0.3, 0.4], mask=[False, True, False, False])
@@ -203,7 +205,10 @@ REFUSED = {
         lambda: gi.find_method("gauss-1" + "-suzuki-4" * 2000),
         "no such method",
     ),
-    "a method twice": (lambda: gi.run_methods("ball-3d", ["cf-4", "cf-4"]), "methods = .* once"),
+    "a method twice": (
+        lambda: gi.run_methods(gi.load_scene("ball-3d"), ["cf-4", "cf-4"]),
+        "methods = .* once",
+    ),
     "a method that is mute": (lambda: gi.find_method(Mute()), "method = <Mute"),
     # scenes from Python
     "a cycle in a scene": (
@@ -239,36 +244,26 @@ def test_what_may_be_a_name_is_saved(tmp_path, name):
     assert list(gi.load(tmp_path / "run.nc").drift) == [name]
 
 
-def test_values_are_told_shortly():
-    for value in ("ж" * 10**6, [0.5] * 10**6, 7**20_000, nested(10**5), Mute()):
-        assert len(quoted(value)) <= 330
-
-
 def test_messages_are_bounded():
+    for value in ("ж" * 10**6, [0.5] * 10**6, 7**20_000, nested(10**5), Mute()):
+        assert len(str(gi.DomainError("x", value, "y"))) <= 350
     for error in (gi.SceneError("x" * 10**6), gi.DomainError("x" * 10**6, 1, "y" * 10**6)):
         assert len(str(error)) < 1.1 * LONGEST_MESSAGE
         assert str(copy.copy(error)) == str(error)
-    assert len(nearest("x" * 10**6, ["x"])) < 100
 
 
-def test_a_direction_may_be_of_any_size():
+def test_sizes_that_are_large():
+    """Each is looked at in its own unit: warnings are errors here."""
     problem = ch.ellipsoid_problem([1.0, 4.0, 9.0])
     with pytest.warns(gi.GeomintWarning, match=r"√\(x, x/a\) is 1e\+308"):
         state = problem.state(x=[1e308, 0.0, 0.0], p=[0.0, 1.0, 0.0])
     assert state.tolist() == [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
-
-
-def test_moments_of_any_size():
-    """Looked at in their own unit: warnings are errors here."""
-    ch.ChaplyginSphere.from_moments(1e308 * np.eye(3), 1, 1)
-    ch.ChaplyginSphere.from_moments(1e-308 * np.eye(3), 1, 1)
+    for size in (1e308, 1e-308):
+        ch.ChaplyginSphere.from_moments(size * np.eye(3), 1, 1)
 
 
 def test_what_is_a_number_is_taken():
     """Whatever has one value as a float, of any kind that numpy and Python have."""
-    from decimal import Decimal
-    from fractions import Fraction
-
     y0 = [Fraction(1, 10), Decimal("0.25"), np.float32(0.5), np.int64(0)]
     assert solved(y0).success
     unmasked = np.ma.masked_array([0.1, 0.25, 0.5, 0.0], mask=False)

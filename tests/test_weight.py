@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.nightly
 WEIGHT = Path(__file__).parents[1] / ".ci" / "weight.py"
 FILES = {
     ".gitignore": "__pycache__/\n/docs/_build/\n",

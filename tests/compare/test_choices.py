@@ -159,10 +159,23 @@ def test_points_are_run_as_often_as_is_asked_or_as_time_allows(
     assert own.repeats == (asked or own.repeats)
 
 
-def test_repeats_reports_and_drifts() -> None:
+def test_repeats_reports_and_drifts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The median of the run times counts; after a second of them there are no more."""
     told: list[str] = []
     result = compare(MODEL, END, ["rk-4"], steps=[0.1], repeats=2, report=told.append)
     assert result.points[0].repeats == 2
     assert any("rk-4, step 0.1" in text for text in told)
     assert [label for label, _ in result.drifts] == ["rk-4"]
-    assert not compare(MODEL, END, ["rk-4"], steps=[0.1], repeats=1, observe=False).drifts
+    solve, seconds = compare_module.solve, iter([0.3, 0.1, 0.2, 0.6, 0.5, 9.0])
+
+    def timed(*given: Any, **more: Any) -> gi.Solution:
+        solution = solve(*given, **more)
+        solution.run_seconds, solution.compile_seconds = next(seconds), 1.0
+        return solution
+
+    monkeypatch.setattr(compare_module, "solve", timed)
+    for expected in ((3, 0.2), (2, 0.55)):
+        result = compare(MODEL, END, ["rk-4"], steps=[0.1], observe=False)
+        (point,) = result.points
+        assert (point.repeats, point.seconds, result.compile_seconds) == (*expected, expected[0])
+        assert not result.drifts
