@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import geomint as gi
-from chaplygin.literature import SOURCES
 from geomint.references import literature
 from geomint.references.latex import latex, latex_cell
 
@@ -104,8 +103,10 @@ def test_the_package_is_cited_as_its_file_says():
 
 def test_sources_are_told_apart_by_their_keys():
     ones = [one for one in vars(literature).values() if isinstance(one, gi.Reference)]
-    ones += SOURCES.values()
-    for names in ([one.key for one in ones], [one.doi for one in ones if one.doi]):
+    for scene in map(gi.load_scene, gi.scene_names()):
+        ones += [one for p in scene.model.problems.values() for one in p.references]
+    different = {one.at(""): one for one in ones}.values()
+    for names in ([one.key for one in different], [one.doi for one in different if one.doi]):
         assert len(set(names)) == len(names)
 
 
