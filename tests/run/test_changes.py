@@ -79,14 +79,6 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
     dq[2] = dq[2] + gain(1.0)
 
 
-@gi.field
-def generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ξ = k y: a rotation about another axis would be none."""
-    out[0] = gain(y[1])
-    out[1] = gain(y[2])
-    out[2] = gain(y[0])
-
-
 @gi.helper
 def shear(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
     """The increment of (x, v) ↦ (x + k ξ v, v)."""

@@ -112,24 +112,6 @@ def test_every_method(name: str, problem: str) -> None:
     assert 0.1 * (error - 2e-15) < estimate < 10.0 * (error + 2e-15)
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", gi.scene_names())
-@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
-def test_built_in_scenes(name: str) -> None:
-    """Within a factor of 10, of the scene's method and of one whose errors are larger."""
-    scene = gi.load_scene(name)
-    p, y0 = scene.problem, scene.problem.canonical(scene.state)
-    given = {"tau_end": 20.0, "clock": False} if p.time == "tau" else {"t_end": 20.0}
-    step = gi.find_method("gauss-8").default_step(p, y0, 20.0)
-    truth = gi.solve(p, y0, **given, method="gauss-8", step=0.25 * step).y[-1]
-    for method in (scene.method, "rk-4"):
-        sol = gi.solve(p, y0, **given, method=method, estimate_error=True)
-        assert sol.error_estimate is not None
-        estimate = float(np.abs(sol.error_estimate[-1]).max())
-        error = float(np.abs(sol.y[-1] - truth).max())
-        assert 0.1 * (error - 1e-13) < estimate < 10.0 * (error + 1e-13)
-
-
 def test_in_physical_time() -> None:
     """A run to a physical time is compared at physical times, one to τ at τ; early ones too."""
     times = np.array([0.05, 2.0, 6.0])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import warnings
 from typing import Any
 
 import numpy as np
@@ -344,7 +343,7 @@ def test_other_arguments_of_solve_and_problems() -> None:
 
 
 def pendulum(force: object) -> gi.Problem:
-    return gi.Problem("pendulum", (("y", 2),), [1.5], field=gi.field(force), work=1)
+    return gi.Problem("pendulum", (("y", 2),), [1.5], field=gi.field(force))
 
 
 def branching(params, t, y, out, work):
@@ -360,12 +359,6 @@ def selecting(params, t, y, out, work):
     out[1] = gi.select(y[0] > 0.3, -params[0] * y[0], -y[0])
 
 
-def scalar_function(params, t, y, out, work):
-    work[0] = math.atan(y[0] / (1.0 + t * t))
-    out[0] = y[1]
-    out[1] = -params[0] * work[0]
-
-
 @compiler
 def test_a_field_with_branches_runs_on_scalars() -> None:
     """Gauss methods warn once, say why, and come to the bits of the field written for lanes."""
@@ -378,18 +371,6 @@ def test_a_field_with_branches_runs_on_scalars() -> None:
     for again in (found, gi.solve(problem, [0.5, 0.1], **run)):
         np.testing.assert_array_equal(again.y, lanes.y)
         assert again.iterations == lanes.iterations
-
-
-@compiler
-@pytest.mark.parametrize("method", ["gauss-4", *nightly("gauss-11")])
-def test_a_field_with_scalar_functions_runs_in_plain_python(method: str) -> None:
-    """With scratch and two groups of lanes, to the same bits."""
-    run = {"t_end": 1.0, "step": 0.1, "method": method}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gi.GeomintWarning)
-        found = gi.solve(pendulum(scalar_function), [0.5, 0.1], **run)
-    plain = gi.solve(pendulum(scalar_function), [0.5, 0.1], **run, compiled=False)
-    np.testing.assert_array_equal(plain.y, found.y)
 
 
 def undefined_name(params, t, y, out, work):

@@ -102,11 +102,6 @@ def test_reprs() -> None:
     assert repr(gi.RungeKutta(MINE)).startswith("RungeKutta(Tableau(name='mine-3'")
 
 
-def test_methods_are_frozen() -> None:
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        gi.Gauss(8).stages = 3  # type: ignore[misc]
-
-
 # --- methods of one's own -------------------------------------------------------------------------
 
 
