@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.problems.testproblems import pulsating_body
 from geomint.run import driver
 
 pytestmark = pytest.mark.nojit
@@ -164,14 +163,3 @@ def test_the_measure_is_sampled_at_its_end(limit: int | None, end: float) -> Non
         assert some.final_error == whole.final_error != 0.0
         assert some.windows.last_time == whole.windows.last_time
         assert len(set(some.windows.times)) == some.windows.samples
-
-
-def test_group_methods_too() -> None:
-    p, y0 = pulsating_body.problem(), pulsating_body.INITIAL
-    run = {"method": "cf-2", "step": 0.1, "observe_every": 7, "compiled": False}
-    sol = gi.solve(p, y0, t_end=1.0, observe="all", **run)
-    for name, drift in sol.drift.items():
-        assert drift.windows.last_time == 1.0
-        if name != "measure":
-            f = p.diagnostics[name]
-            assert drift.final_error == gi.value(p, f, sol.y[-1], 1.0) - gi.value(p, f, y0)

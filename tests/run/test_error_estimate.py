@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -54,6 +53,7 @@ def test_against_the_motion(name: str, end: float) -> None:
     assert np.abs(error[-1]).max() > 1e-11
     size = np.abs(error).max(axis=0)
     np.testing.assert_allclose(sol.error_estimate, error, rtol=0, atol=0.4 * size.max())
+    np.testing.assert_array_equal(sol.to_xarray()["z_error"], sol.error_estimate)
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -141,20 +141,6 @@ def test_what_ends_early() -> None:
     stopped = gi.solve(CIRCLE, [1.0, 0.0], t_end=9e3, callback=lambda reached: True, **given)
     assert stopped.error_estimate is not None
     assert len(stopped.error_estimate) == len(stopped.y)
-
-
-def test_kept_in_files(tmp_path: Path) -> None:
-    sol = gi.solve(
-        CIRCLE, [1.0, 0.0], t_end=2.0, step=0.1, save_every=3, method="rk-4", estimate_error=True
-    )
-    sol.save(tmp_path / "run.nc")
-    np.testing.assert_array_equal(gi.load(tmp_path / "run.nc").error_estimate, sol.error_estimate)
-    data = sol.to_xarray()
-    np.testing.assert_array_equal(data["z_error"], sol.error_estimate)
-    plain = gi.solve(CIRCLE, [1.0, 0.0], t_end=2.0, step=0.1, method="rk-4")
-    assert plain.error_estimate is None
-    plain.save(tmp_path / "plain.nc")
-    assert gi.load(tmp_path / "plain.nc").error_estimate is None
 
 
 def test_wrong_input() -> None:
