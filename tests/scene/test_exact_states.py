@@ -35,16 +35,15 @@ def scene(**sections):
 @pytest.mark.parametrize(
     "sections",
     [
-        {},
         {"save": {"t_eval": [0.5, 3.0]}},
         {"time": {"t_end": -4.0}, "save": {"t_eval": [-0.5, -3.0]}},
         {**IN_TAU, "time": {"tau_end": 7.0}},
         {**IN_TAU, "time": {"tau_end": 7.0}, "save": {"t_eval": [0.5, 3.0]}},
         {**IN_TAU, "time": {"t_end": 7.0}},
         BALL,
-        HOMOGENEOUS,
+        pytest.param(HOMOGENEOUS, marks=pytest.mark.nightly),
     ],
-    ids=["end", "times", "back", "tau", "times in tau", "t in tau", "lifted", "homogeneous"],
+    ids=["times", "back", "tau", "times in tau", "t in tau", "lifted", "homogeneous"],
 )
 def test_the_states_are_those_of_steps(sections):
     asked = scene(**sections)
@@ -107,14 +106,11 @@ def test_without_leave_there_are_steps():
 
 
 def test_times_outside_of_the_run_are_refused():
-    for sections in ({"time": {"t_end": 1.0}}, {**IN_TAU, "time": {"tau_end": 0.1}}):
-        asked = scene(**sections, save={"t_eval": [0.1, 5.0]})
-        plan = gi.make_plan(asked) if "tau_end" in sections["time"] else None
-        if plan is None:
-            with pytest.raises(gi.DomainError, match="t_eval"):
-                gi.make_plan(asked)
-        else:
-            assert "t_eval" in plan.exact.reason
+    save = {"t_eval": [0.1, 5.0]}
+    with pytest.raises(gi.DomainError, match="t_eval"):
+        gi.make_plan(scene(time={"t_end": 1.0}, save=save))
+    later = scene(**IN_TAU, time={"tau_end": 0.1}, save=save)
+    assert "t_eval" in gi.make_plan(later).exact.reason
 
 
 def test_the_plan_travels():

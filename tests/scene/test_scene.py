@@ -26,15 +26,12 @@ def test_built_in_scenes_round_trip_through_toml(name):
     assert tomllib.loads(without_text.toml()) == tomllib.loads(scene.toml())
 
 
-def test_scene_is_a_scene_already():
-    scene = gi.Scene(**SECTIONS)
-    assert gi.load_scene(scene) is scene
-
-
 def test_a_file_is_found_with_and_without_ending(tmp_path, monkeypatch):
     (tmp_path / "mine.toml").write_text(gi.Scene(**SECTIONS).toml(), encoding="utf-8")
     (tmp_path / "mine").write_text(gi.Scene(**SECTIONS).toml(), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
+    scene = gi.load_scene("mine")
+    assert gi.load_scene(scene) is scene
     for source in ("mine.toml", "mine", tmp_path / "mine.toml", str(tmp_path / "mine")):
         assert gi.load_scene(source).name == "mine"
 
