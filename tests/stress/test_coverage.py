@@ -1,19 +1,15 @@
 """What the page says is stressed is stressed: axes, systems, the quick run."""
 
 import re
-import warnings
 from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import geomint as gi
-from geomint.problems.systems import find_system, system_names
-from geomint.stress import sweep
-from geomint.stress.state_cases import is_steady
-from geomint.stress.sweep import Selection, family_of, items_of, selected
 from tests.problems import examples
-from tests.stress.stress_support import CASES, EVERY
+from tests.stress.stress_support import AXES as ALL_AXES, CASES, EVERY, built
 
-AXES = list(dict.fromkeys(case.axis.name for case in CASES))
+AXES = [axis.name for axis in ALL_AXES]
 PAGE = (Path(__file__).parents[2] / "docs" / "stress.md").read_text(encoding="utf-8")
 # What cases of chaplygin call the motions of a system, if not as the system; sizes and places follow.
 MOTIONS = {
@@ -39,31 +35,29 @@ def rows(first):
 
 
 @cache
-def model_of(name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gi.GeomintWarning)
-        return gi.load_scene(name)
+def problems_on(axis):
+    """Return the names of the problems of scenes and test problems on an axis."""
+    found = set()
+    for number, case in enumerate(EVERY):
+        if case.axis.name == axis and case.system.startswith(("scene:", "test:")):
+            found |= {built(number).problems[name].name for name in case.representations}
+    return found
 
 
 @cache
-def problems_on(axis):
-    """Return the names of the problems of scenes and test problems on an axis."""
-    chosen = [c for c in EVERY if c.axis.name == axis and c.system.startswith(("scene:", "test:"))]
-    models = [(case.representations, sweep._built(case.build)) for case in chosen]
-    return {model.problems[name].name for names, model in models for name in names}
+def own_problems():
+    """Return the system and the name of the own problem of every built-in scene."""
+    scenes = map(gi.load_scene, gi.scene_names())
+    return {(scene.content.system.name, scene.problem.name) for scene in scenes}
 
 
 def covered(system, axis):
     motion = re.compile(f"({MOTIONS.get(system, system)}){PLACE}")
     if any(case.axis.name == axis and motion.fullmatch(case.system) for case in CASES):
         return True
-    own = [
-        next(iter(scene.model.problems.values())).name
-        for scene in map(model_of, gi.scene_names())
-        if scene.content.system.name == system
-    ]
+    own = {name for of, name in own_problems() if of == system}
     assert own
-    return bool(set(own) & problems_on(axis))
+    return bool(own & problems_on(axis))
 
 
 def test_the_table_of_axes():
@@ -75,9 +69,8 @@ def test_the_table_of_axes():
 def test_the_table_of_systems():
     head, _, *table = rows("system")
     assert sorted(head[1:]) == sorted(AXES)
-    chaplygin = [
-        n for n in system_names() if find_system(n).build.__module__.startswith("chaplygin")
-    ]
+    offered = entry_points(group="geomint.systems")
+    chaplygin = [point.name for point in offered if point.module.startswith("chaplygin")]
     shown = {row[0] for row in table}
     assert shown <= set(chaplygin)
     for system in set(chaplygin) - shown:
@@ -98,65 +91,3 @@ def test_every_test_problem_is_on_the_axes_of_states():
     assert small - {"schwarzschild"} <= problems_on(
         "steady"
     )  # its axes are not outside of the hole
-
-
-def test_the_quick_run_has_every_axis_and_family():
-    numbers, methods = selected(Selection(quick=True))
-    groups, judged = items_of(numbers, methods, quick=True)
-    items = [item for group in groups for item in group]
-    assert {CASES[item.case].axis.name for item in items} == set(AXES)
-    every = {(family_of(m), m.adaptive) for m in map(gi.find_method, gi.method_names())}
-    run = {gi.find_method(item.method) for item in items}
-    assert {(family_of(m), m.adaptive) for m in run} == every
-    assert not judged
-
-
-def test_no_groups_of_the_quick_run_share_a_problem():
-    groups, _ = items_of(*selected(Selection(quick=True)), quick=True)
-    models = [
-        {case: sweep._built(CASES[case].build) for case in {i.case for i in g}} for g in groups
-    ]
-    found = [
-        {(p.name, p.rows) for p in (models[k][i.case].problems[i.representation] for i in group)}
-        for k, group in enumerate(groups)
-    ]
-    assert len(groups) > 1
-    assert len(set.union(*found)) == sum(map(len, found))
-
-
-def test_steady_cases_are_steady():
-    """Generators are constant along exp(tξ)·y0, in each representation with an action."""
-    steady = [case for case in EVERY if case.steady]
-    assert len(steady) > 20
-    seen = set()
-    for case in steady:
-        if case.axis.name == "rotation" and case.system in seen:
-            continue
-        seen.add(case.system)
-        model = sweep._built(case.build)
-        for name in case.representations or model.problems:
-            problem = model.problems[name]
-            if problem.action is not None:
-                assert is_steady(problem, model.states[name]), (case.system, name)
-
-
-def test_special_states_are_on_their_manifolds():
-    """To rounding: methods project what is off, and would be blamed for it."""
-    for case in EVERY:
-        if case.axis.name not in ("rest", "zeros", "steady") or case.n > 0:
-            continue
-        model = sweep._built(case.build)
-        for name, problem in model.problems.items():
-            if "g" not in problem.slices:
-                off = [gi.value(problem, f, model.states[name]) for f in problem.constraints]
-                assert all(abs(x) <= 1e-13 for x in off), (case.system, case.value, off)
-
-
-def test_rest_is_rest():
-    case = next(
-        c for c in EVERY if c.system == "test:double-spherical-pendulum-px" and c.value == 0.0
-    )
-    model = case.build()
-    (problem,), (y,) = model.problems.values(), model.states.values()
-    assert not y[problem.slices["px"]].any()
-    assert y[problem.slices["pw"]].any()

@@ -1,42 +1,27 @@
 """Processes that hang, die or raise: told as such, and the rest is done all the same."""
 
-import math
-import os
+import multiprocessing
 import time
 
 import pytest
 
-from geomint.stress.guard import guarded
+from geomint.stress.sweep import guarded
 
 
-def outcomes(function, groups, seconds=30.0):
-    return list(guarded(function, groups, seconds=seconds, workers=2))
-
-
-def test_a_hang_costs_its_own_item_only():
-    begun = time.monotonic()
-    found = outcomes(time.sleep, [[0.0, 1000.0, 0.001]], seconds=2.0)
-    assert [(o.item, o.ending) for o in found] == [(0.0, "done"), (1000.0, "hung"), (0.001, "done")]
-    assert time.monotonic() - begun < 900.0
-    assert "after" in found[1].message
-
-
-def test_a_process_that_dies():
-    found = outcomes(os._exit, [[3], [4]])
-    assert sorted((o.item, o.ending) for o in found) == [(3, "died"), (4, "died")]
-    assert {o.message for o in found} == {
-        "the process ended with code 3",
-        "the process ended with code 4",
-    }
-
-
-def test_values_and_exceptions():
-    found = outcomes(math.sqrt, [[4.0, -1.0], [9.0], []])
-    by_item = {o.item: o for o in found}
-    assert by_item[4.0].value == 2.0
-    assert by_item[9.0].value == 3.0
-    assert by_item[-1.0].ending == "raised"
-    assert by_item[-1.0].message.startswith("ValueError")
+def test_every_ending_costs_its_own_item_only():
+    """Items are done in processes of their own: here words of Python."""
+    hang, die = "__import__('time').sleep(1000)", "__import__('os')._exit({})"
+    groups = [["2.0", hang, "3.0"], [die.format(3)], [die.format(4)], ["1 / 0", "9.0"], []]
+    found = {o.item: o for o in guarded(eval, groups, seconds=1.5, workers=2)}
+    endings = {item: outcome.ending for item, outcome in found.items()}
+    done = dict.fromkeys(("2.0", "3.0", "9.0"), "done")
+    assert endings == done | {
+        hang: "hung", die.format(3): "died", die.format(4): "died", "1 / 0": "raised",
+    }  # fmt: skip
+    assert [found[item].value for item in done] == [2.0, 3.0, 9.0]
+    assert "after" in found[hang].message
+    assert found[die.format(4)].message == "the process ended with code 4"
+    assert found["1 / 0"].message.startswith("ZeroDivisionError")
 
 
 def test_memory_is_limited():
@@ -47,8 +32,6 @@ def test_memory_is_limited():
 
 
 def test_stopping_early_leaves_no_process():
-    import multiprocessing
-
     work = guarded(time.sleep, [[0.0, 1000.0]], seconds=1000.0, workers=1)
     assert next(work).ending == "done"
     work.close()

@@ -1,5 +1,6 @@
 """The rules: every way of going wrong is caught, and under its own name."""
 
+import dataclasses
 import warnings
 
 import numpy as np
@@ -7,15 +8,14 @@ import pytest
 
 import geomint as gi
 from geomint.stress import judge as judging
-from geomint.stress.judge import Trial, judge
-from geomint.stress.known_end import KnownEnd
+from geomint.stress.judge import KnownEnd, Trial, judge, known_end
 
 
 @gi.field
 def turning(params, t, y, out, work):
-    """A point on a circle, at angular velocity 1."""
-    out[0] = -y[1]
-    out[1] = 1.0 * y[0]
+    """A point on a circle, at an angular velocity."""
+    out[0] = -params[0] * y[1]
+    out[1] = params[0] * y[0]
 
 
 @gi.observable
@@ -27,6 +27,7 @@ def radius_squared(params, t, y, work):
 PROBLEM = gi.Problem(
     name="circle",
     pieces=(("x", 2),),
+    params=[1.0],
     field=turning,
     invariants={"radius-squared": radius_squared},
 )
@@ -84,8 +85,8 @@ def test_good(verdict_on):
 
 def test_round_off_is_ok_without_a_second_run(verdict_on):
     found = verdict_on(lambda y, t, h: exact(t))
-    assert found["verdict"] == "ok"
-    assert found["message"] == ""
+    assert (found["verdict"], found["message"]) == ("ok", "")
+    assert verdict_on(lambda y, t, h: exact(t), KEEPING)["verdict"] == "ok"
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf])
@@ -110,7 +111,7 @@ def test_untyped(verdict_on, raises):
     assert type(found["message"]) is str
 
 
-def failing(change):
+def failing(change=lambda error: None):
     def fail(solution):
         error = gi.ConvergenceError(0.3, 4, 1e-3, 100)
         error.partial = solution
@@ -125,7 +126,7 @@ def spoil(error):
 
 
 def test_failed(verdict_on):
-    found = verdict_on(raises=failing(lambda error: None))
+    found = verdict_on(raises=failing())
     assert (found["verdict"], found["quantity"]) == ("failed", "residual")
     assert found["error"] == 1e-3
 
@@ -160,10 +161,6 @@ def test_a_promised_invariant_that_is_lost(verdict_on):
     found = verdict_on(grown, KEEPING, reference=lambda end: KnownEnd({"x": exact(end)}, 1e6))
     assert (found["verdict"], found["quantity"]) == ("wrong", "radius-squared")
     assert found["error"] > found["allowed"]
-
-
-def test_a_promised_invariant_that_is_kept(verdict_on):
-    assert verdict_on(lambda y, t, h: exact(t), KEEPING)["verdict"] == "ok"
 
 
 def test_roundings_of_a_fast_motion_are_counted_step_by_step(verdict_on, monkeypatch):
@@ -236,3 +233,47 @@ def test_without_a_reference_a_finer_run_is_the_measure(verdict_on):
     assert found["verdict"] == "ok"
     assert "no reference" in found["message"]
     assert verdict_on(lambda y, t, h: y + h, reference=lambda end: None)["verdict"] == "wrong"
+
+
+def test_a_reference_that_is_not_known_blames_no_method(verdict_on):
+    def unknown(end):
+        raise gi.UnknownReferenceError("SciPy says otherwise", 1e-3, 1e-5, "advice")
+
+    found = verdict_on(reference=unknown)
+    assert (found["verdict"], found.get("confirmed")) == ("ok", None)
+    assert "no reference (UnknownReferenceError" in found["message"]
+
+
+def test_a_reference_says_how_sure_it_is():
+    end = known_end(PROBLEM, np.array([1.0, 0.0]), 2.0)
+    np.testing.assert_allclose(end.pieces["x"], exact(2.0), rtol=0.0, atol=1e-15)
+    assert end.known < 1e-16
+    assert 1e-16 < end.confirmed < 1e-11
+    assert 1.0 <= end.condition < 10.0
+    assert end.scaled({"x": 2.0}).confirmed == end.confirmed
+    np.testing.assert_array_equal(end.scaled({"x": 2.0}).pieces["x"], 2.0 * end.pieces["x"])
+
+
+def test_references_at_tiny_times_are_those_of_the_same_motion():
+    """Their steps were rounded as float32, which has no number below 1e-45."""
+    size = 2.0**200
+    one, other = (
+        known_end(dataclasses.replace(PROBLEM, params=[w]), np.array([1.0, 0.0]), 1.0 / w)
+        for w in (1.0, size)
+    )
+    np.testing.assert_array_equal(one.pieces["x"], other.pieces["x"])
+
+
+@gi.field
+def cancelling(params, t, y, out, work):
+    """Two large numbers whose difference is 1 to 1e-8."""
+    out[0] = (params[0] + y[0]) - params[0]
+    out[1] = 1.0 * y[1]
+
+
+def test_digits_that_a_field_loses_are_seen():
+    if np.finfo(np.longdouble).eps > 1e-18:
+        pytest.skip("no extended precision here")
+    lossy = gi.Problem("lossy", (("x", 2),), params=[1e8 / 3.0], field=cancelling)
+    assert 1e-10 < judging.field_rounding(lossy, np.array([0.7, 1.0])) < 1e-7
+    assert judging.field_rounding(PROBLEM, np.array([1.0, 0.0])) <= 1e-15

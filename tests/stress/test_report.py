@@ -2,76 +2,111 @@
 
 import dataclasses
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 import geomint as gi
 from geomint.cli import main
 from geomint.stress import sweep
 from geomint.stress.judge import VERDICTS, Cell
-from geomint.stress.page import stress_record, write_stress_report
-from tests.stress.stress_support import CASES
+from tests.stress.stress_support import AXES, CASES
 
 FILES = {"stress.html", "stress.json", "stress.png", "stress.svg"}
-AXES = list(dict.fromkeys(case.axis for case in CASES))
 
 
 def cells(*verdicts):
-    axis = AXES[0]
-    methods = ["rk-4", "gauss-8", "cf-4"]
+    told = {"axis": AXES[0].name, "n": 3, "allowed": 1e-15, "h": 0.1, "steps": 3, "seconds": 0.01}
     return [
         Cell(
-            system=f"ball/{number % 2}",
-            axis=axis.name,
-            value=float(number // 3),
-            label=f"{number // 3}",
-            n=3,
-            method=methods[number % 3],
-            verdict=verdict,
+            system=f"ball/{number % 2}", value=float(number // 3), label=f"{number // 3}",
+            method=("rk-4", "gauss-8", "cf-4")[number % 3], verdict=verdict,
             message="<script>" if verdict == "wrong" else "",
-            error=float("nan") if verdict == "wrong" else 1e-9,
-            allowed=1e-15,
-            h=0.1,
-            steps=3,
-            seconds=0.01,
+            error=float("nan") if verdict == "wrong" else 1e-9, **told,
         )
         for number, verdict in enumerate(verdicts)
-    ]
+    ]  # fmt: skip
 
 
-def test_files(tmp_path):
-    found = cells(*VERDICTS, *VERDICTS)
-    record = stress_record(found, AXES, 1.5, "geomint stress")
-    page = write_stress_report(record, gi.method_names(), tmp_path / "a" / "b")
-    assert {path.name for path in page.parent.iterdir()} == FILES
-    text = page.read_text(encoding="utf-8")
+@pytest.fixture
+def stressed(monkeypatch, tmp_path):
+    """Return a function that calls the command with cells that nobody has computed."""
+
+    def stress(found, interrupted=False, *options):
+        asked = []
+
+        def fake(selection, listener, **more):
+            asked.extend((selection, more))
+            listener.begin(len(found))
+            for cell in found:
+                listener.cell_done(cell)
+            return sweep.Result(found, AXES, gi.method_names(), 1.0, interrupted)
+
+        monkeypatch.setattr(sweep, "run_selection", fake)
+        line = ["stress", "--out", str(tmp_path / "a" / "b"), *options]
+        result = CliRunner().invoke(main, line, env={"COLUMNS": "120"})
+        assert {path.name for path in (tmp_path / "a" / "b").iterdir()} == FILES
+        return result, tmp_path / "a" / "b" / "stress.json", asked
+
+    return stress
+
+
+def test_files(stressed):
+    result, path, _ = stressed(cells(*VERDICTS, *VERDICTS))
+    assert result.exit_code == 1
+    assert "stress.html" in result.stdout.replace("\n", "")
+    text = path.with_name("stress.html").read_text(encoding="utf-8")
     assert "&lt;script&gt;" in text
     assert "<script>" not in text
     assert "6 forbidden verdicts in 14 cells" in text
     assert "http" not in text.replace("http://www.w3.org", "")
-    data = json.loads((page.parent / "stress.json").read_text(encoding="utf-8"))
+    data = json.loads(path.read_text(encoding="utf-8"))
     assert len(data["cells"]) == 14
-    for cell in data["cells"]:
-        assert cell["verdict"] in VERDICTS
+    assert {cell["verdict"] for cell in data["cells"]} == set(VERDICTS)
     assert "References: none." in text
     assert data["references"]["judged"] == 0
     assert data["counts"] == dict.fromkeys(VERDICTS, 2)
 
 
-def test_the_picture_of_all_axes_is_not_clipped():
-    """All that is drawn of every axis with all its values lies on the figure, nothing on top."""
-    from geomint.stress.picture import stress_figure
+@pytest.mark.usefixtures("blank_pictures")
+def test_the_report_counts_references(stressed):
+    (cell,) = cells("ok")
+    found = [
+        dataclasses.replace(cell, known=known, confirmed=confirmed, message=message)
+        for known, confirmed, message in (
+            (1e-25, 1e-13, ""), (2e-20, 1e-12, ""), (0.0, 1e-14, ""),
+            (None, None, "no reference (UnknownReferenceError: …): compared with a finer run"),
+            (None, None, ""),
+        )
+    ]  # fmt: skip
+    _, path, _ = stressed(found)
+    assert json.loads(path.read_text("utf-8"))["references"] == {
+        "judged": 3, "known": 2e-20, "confirmed": 1e-13, "confirmed_worst": 1e-12, "without": 1,
+    }  # fmt: skip
+    page = path.with_name("stress.html").read_text("utf-8")
+    for word in ("3 cells", "1e-19", "1e-13", "1e-12", "1 are compared"):
+        assert word in page
 
-    methods = gi.method_names()
+
+def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
+    """All that is drawn of every axis with all its values lies on the figure, nothing on top."""
+    methods, figures = gi.method_names(), []
     made = [
-        dataclasses.asdict(Cell(c.system, c.axis.name, c.value, c.text, c.n, m, "ok", error=0.0))
+        Cell(c.system, c.axis.name, c.value, c.text, c.n, m, "ok", error=0.0)
         for c in CASES
         for m in (methods[0], methods[-1])
     ]
-    figure = stress_figure(
-        made, methods, dict.fromkeys(methods, "one"), [dataclasses.asdict(a) for a in AXES]
-    )
+
+    def saved(figure, to, **_):
+        figures.append(figure)
+        Path(to).touch() if not hasattr(to, "write") else None
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+    stressed(made)
+    figure = figures[0]
     assert len(figure.axes) == len(AXES)
     figure.canvas.draw()
     boxes = [panel.get_tightbbox() for panel in figure.axes] + [figure.legends[0].get_tightbbox()]
@@ -82,29 +117,24 @@ def test_the_picture_of_all_axes_is_not_clipped():
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
 
 
-@pytest.mark.parametrize(
-    ("verdicts", "interrupted", "code"),
-    [
+@pytest.mark.usefixtures("blank_pictures")
+def test_exit_codes(stressed):
+    """And the options: each is asked for."""
+    for verdicts, interrupted, code in (
         (("ok", "failed", "refused", "unresolved"), False, 0),
         (("ok", "wrong"), False, 1),
         (("untyped",), False, 1),
         (("hung",), False, 1),
         (("ok",), True, 130),
-    ],
-)
-def test_exit_code(monkeypatch, tmp_path, verdicts, interrupted, code):
-    def fake(selection, listener, **options):
-        found = cells(*verdicts)
-        listener.begin(len(found))
-        for cell in found:
-            listener.cell_done(cell)
-        return sweep.Result(found, AXES, gi.method_names(), 1.0, interrupted)
-
-    monkeypatch.setattr(sweep, "run_selection", fake)
-    result = CliRunner().invoke(main, ["stress", "--out", str(tmp_path)], env={"COLUMNS": "120"})
-    assert result.exit_code == code, result.output
-    assert {path.name for path in tmp_path.iterdir()} == FILES
-    assert "stress.html" in result.stdout.replace("\n", "")
+    ):
+        result, _, plain = stressed(cells(*verdicts), interrupted)
+        assert result.exit_code == code, result.output
+    line = "--methods rk-4 --systems neumann --axis step --quick --seconds 7 --workers 1 --quiet"
+    result, _, asked = stressed(cells("ok"), False, *line.split())
+    assert result.output == ""
+    assert plain == [sweep.Selection(), {"seconds": 60.0, "workers": 2}]
+    chosen = sweep.Selection(("rk-4",), ("neumann",), ("step",), True)
+    assert asked == [chosen, {"seconds": 7.0, "workers": 1}]
 
 
 def test_ctrl_c_keeps_what_was_done(monkeypatch):
@@ -114,14 +144,8 @@ def test_ctrl_c_keeps_what_was_done(monkeypatch):
 
     monkeypatch.setattr(sweep, "sweep", interrupted)
 
-    class Silent:
-        def begin(self, total):
-            pass
-
-        def cell_done(self, cell):
-            pass
-
-    result = sweep.run_selection(sweep.Selection(("rk-4",), (), ("momentum",)), Silent())
+    listener = SimpleNamespace(begin=lambda total: None, cell_done=lambda cell: None)
+    result = sweep.run_selection(sweep.Selection(("rk-4",), (), ("momentum",)), listener)
     assert result.interrupted
     assert [cell.verdict for cell in result.cells] == ["ok"]
 
