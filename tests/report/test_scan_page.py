@@ -118,16 +118,14 @@ def fixed_directions(multipliers: bool, show: str) -> dict[str, Any]:
 
 
 def test_over_a_whole_number() -> None:
-    plan = plan_scan(gi.Scene("r", **fixed_directions(True, "drift:energy")))
+    """Members with other pieces are refused."""
+    scene = fixed_directions(True, "drift:energy")
+    plan = plan_scan(gi.Scene("r", **scene))
     for r, problem, state in zip((1, 2, 3), plan.problems, plan.states, strict=True):
-        scene = fixed_directions(True, "drift:energy")
         scene["system"]["r"] = r
         alone = gi.Scene("r", **scene).model
         assert np.array_equal(state, alone.states[plan.route.name])
         assert np.array_equal(problem.params, alone.problems[plan.route.name].params)
-
-
-def test_members_with_other_pieces_are_refused() -> None:
     with pytest.raises(gi.SceneError, match="r = 2: the state has other pieces than with r = 1"):
         plan_scan(gi.Scene("r", **fixed_directions(False, "drift:energy")))
 

@@ -200,6 +200,15 @@ def test_events_of_a_run(tmp_path: Path) -> None:
     assert run.events == alone.events
     assert len(run.events["equator"]) > 10
     assert gi.make_plan(scene.for_drift(), "drift").events is None
+    # States at events are those of what is asked for: no reduction takes its place.
+    system = {"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.5], "D": 4.0}
+    initial = {"gamma": [0.5, -0.5, 0.5, 0.5], "p": [0.7, -0.3, 0.4, -1.4]}
+    observe = {"quantities": ["energy", "K"]}
+    plain = gi.Scene(system=system, initial=initial, time={"t_end": 5.0}, observe=observe)
+    watched = plain.changed(events={"level": {"what": "gamma[0]"}})
+    lifts = [gi.make_plan(s).route.lift is None for s in (plain, watched)]
+    assert lifts == [False, True]
+    assert gi.make_plan(watched).problem is plain.problem
     ended = gi.run_scene(scene.changed(events={"equator": {"what": "gamma[2]", "terminal": 2}}))
     assert len(ended.events["equator"]) == 2
     path = tmp_path / "s.toml"
@@ -207,17 +216,3 @@ def test_events_of_a_run(tmp_path: Path) -> None:
     told = CliRunner().invoke(main, ["run", str(path), "--out", str(tmp_path / "r.nc")])
     assert f"events: equator {len(run.events['equator'])}" in told.stdout
     assert len(gi.load(tmp_path / "r.nc").events["equator"]) == len(run.events["equator"])
-
-
-def test_events_keep_the_representation() -> None:
-    """States at events are those of what is asked for: no reduction takes its place."""
-    plain = gi.Scene(
-        system={"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.5], "D": 4.0},
-        initial={"gamma": [0.5, -0.5, 0.5, 0.5], "p": [0.7, -0.3, 0.4, -1.4]},
-        time={"t_end": 5.0},
-        observe={"quantities": ["energy", "K"]},
-    )
-    watched = plain.changed(events={"level": {"what": "gamma[0]"}})
-    assert gi.make_plan(plain).route.lift is not None
-    assert gi.make_plan(watched).route.lift is None
-    assert gi.make_plan(watched).problem is plain.problem
