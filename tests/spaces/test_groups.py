@@ -82,6 +82,7 @@ def test_factors_need_their_rows() -> None:
 def test_coordinates_of_a_product_end_with_those_of_either_factor(one: int, other: int) -> None:
     """Turns too large for coordinates fail a step, in either factor; in SO(3) none is too large."""
     space = gi.Sphere(one) * gi.Sphere(other, "w")
+    first, second = (gi.so3(1) if n == 3 else gi.so_n(n, "vector") for n in (one, other))
     sizes = one * (one - 1) // 2, other * (other - 1) // 2
 
     @gi.field
@@ -91,7 +92,8 @@ def test_coordinates_of_a_product_end_with_those_of_either_factor(one: int, othe
 
     for long, n in enumerate((one, other)):
         params = [10.0, 1e-3][:: -1 if long else 1]
-        problem = gi.Problem("t", space=space, params=params, action=space.action(turning))
+        action = gi.GroupAction(turning, first * second)
+        problem = gi.Problem("t", space=space, params=params, action=action)
         with pytest.raises(gi.StepSizeError) if n > 3 else nullcontext():
             y0 = problem.random_state(1)
             gi.solve(problem, y0, t_end=1.0, step=1.0, method="rkmk-4", compiled=False)
