@@ -309,14 +309,13 @@ def test_ctrl_c() -> None:
     stopped = dataclasses.replace(CIRCLE, make_exact=lambda y: Turning(y, ends=ends))
     sol = gi.solve(stopped, [1.0, 0.0], t_end=1e6, method="exact", events="x")
     assert sol.status == "interrupted"
-    assert 30.0 < sol.t[-1] < 33.0
-    known = np.pi * (0.5 + np.arange(20))
-    np.testing.assert_allclose(sol.t_events[0], known[known < sol.t[-1]], rtol=0, atol=1e-13)
-    on = gi.solve(sol, t_end=60.0, events="x")
-    np.testing.assert_allclose(
-        np.append(sol.t_events[0], on.t_events[0]), known[known < 60.0], rtol=0, atol=1e-13
-    )
+    assert 30.0 < sol.t[-1] < 1e5
+    on = gi.solve(sol, t_end=float(sol.t[-1]) + 30.0, events="x")
+    found = np.append(sol.t_events[0], on.t_events[0])
+    known = np.pi * (0.5 + np.arange(len(found)))
+    np.testing.assert_allclose(found, known, rtol=0, atol=1e-12 * known[-1])
+    assert known[-1] < on.t[-1] < known[-1] + np.pi
     ends.append(30.0)
-    section = gi.poincare_section(stopped, [1.0, 0.0], "x", 1000, method="exact")
+    section = gi.poincare_section(stopped, [1.0, 0.0], "x", 10**5, method="exact")
     assert not section.complete
-    assert 5 < len(section) < 11
+    assert len(section) > 5
