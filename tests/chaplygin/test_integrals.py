@@ -12,6 +12,7 @@ import chaplygin as ch
 import geomint as gi
 from tests.chaplygin import support
 from tests.chaplygin.support import close, dimensions, kinds, seeds
+from tests.rows import examples
 
 TO_T = {"sphere-reduced", "body-reduced"}
 
@@ -121,6 +122,7 @@ def test_the_integrals_commute_and_are_independent(n, seed):
 
 
 @given(dimensions, kinds, seeds)
+@examples(4)
 def test_what_is_kept_off_the_manifold(n, kind, seed):
     """Round-off leaves the manifold; what is kept there does not drift.
 
