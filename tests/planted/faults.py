@@ -188,7 +188,7 @@ members-swapped ensemble geomint.run.ensemble.compiled:_Sweep.outcome
 files-overwritten outputs geomint.run.files.outputs:_targets
   A report replaces files that the user has changed.
   and own == digest(targets[name].read_bytes(), own): → and own:
-input-overwritten scene geomint.run.files.inputs:check_no_input
+input-overwritten cli geomint.run.files.inputs:check_no_input
   A command writes its output over its own input.
   if place.exists() and target.samefile(place): → if not place.exists():
 pickle-untrusted outputs geomint.run.stored:Stored.found

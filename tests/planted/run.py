@@ -104,7 +104,7 @@ class Copy:
         def alike(path: Path) -> float:
             text = path.read_text("utf-8").lower()
             counts = [min(text.count(w), 9) for w in words]
-            return sum(counts) / (2000 + len(text))
+            return sum(w in path.stem for w in words) + sum(counts) / (2000 + len(text))
 
         homes = [self.root / "tests" / folder for folder in job.folders]
         found = [
