@@ -99,7 +99,7 @@ class Copy:
 
     def _files(self, job: Job) -> list[str]:
         """Return the files of its folders, first those that speak of the same things."""
-        words = {word.lower() for word in re.findall("[A-Z]?[a-z]{3,}", job.place)}
+        words = {word.lower() for word in re.findall("[A-Z]?[a-z]{4,}", job.place)}
 
         def alike(path: Path) -> float:
             text = path.read_text("utf-8").lower()
