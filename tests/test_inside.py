@@ -31,6 +31,8 @@ ROOMS = {  # what the tests of a folder may see of the inside
     "watch": ["geomint.watch"],
     "pictures": ["geomint.plots"],
     "scene": ["geomint.scene"],
+    "plan": ["geomint.plan"],
+    "asked": ["geomint.plan"],  # what keys of scenes do is seen in plans
     "fuzz": ["geomint.scene"],
     "report": ["geomint.plan"],
     "compare": ["geomint.compare"],

@@ -7,14 +7,17 @@ import json
 import math
 import tomllib
 from functools import cache
+from importlib.metadata import entry_points
 from random import Random
 from typing import Any
 
 import geomint as gi
-from geomint.problems.systems import find_system, system_names
 from geomint.scene.load import builtin_scenes
 from geomint.scene.model import Content
 from tests.fuzz import hostile
+
+SYSTEMS = {point.name: point.load() for point in entry_points(group="geomint.systems")}
+
 
 __all__ = ["mutated_content", "mutated_text", "toml_text"]
 
@@ -49,7 +52,7 @@ def known_keys() -> dict[str, tuple[str, ...]]:
         name: tuple(getattr(field.annotation, "model_fields", {}))
         for name, field in Content.model_fields.items()
     }
-    systems = [find_system(name) for name in system_names()]
+    systems = [system for _, system in sorted(SYSTEMS.items())]
     keys["system"] = ("name", *dict.fromkeys(k for s in systems for k in s.parameters.model_fields))
     keys["initial"] = tuple(dict.fromkeys(k for s in systems for k in s.initial.model_fields))
     options = (
@@ -138,7 +141,7 @@ def _times(value: Any, factor: float) -> Any:
 def _likely(rng: Random, key: str) -> Any:
     """Return a value that a key might have in some scene, and that may not fit this one."""
     names = {
-        "name": system_names,
+        "name": lambda: sorted(SYSTEMS),
         "method": gi.method_names,
         "methods": lambda: [rng.choice(gi.method_names()), "gauss-4:0.1"],
         "representation": lambda: ["own", "ball", "classical", "reduced", "lr", "contact"],

@@ -21,7 +21,7 @@ from tests.planted.run import Job, options, tell
 FIRST = {  # the folders that run first, where they have not the name of the room
     "arguments": "asked", "errors": "outputs asked", "kernels": "methods kernels run",
     "kernels.compiling": "kernels sending", "kernels.groups": "kernels spaces methods",
-    "kernels.numbers": "kernels", "kernels.tangent": "measure kernels run", "plan": "scene cli",
+    "kernels.numbers": "kernels", "kernels.tangent": "measure kernels run", "plan": "plan scene cli",
     "plots": "report pictures", "problems": "declaring methods spaces run", "problems.spaces": "spaces",
     "references": "report", "run": "run scene", "run.ensemble": "ensemble",
     "run.exact": "methods/test_exact_roots.py chaplygin", "run.files": "outputs cli",

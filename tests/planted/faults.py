@@ -200,7 +200,7 @@ map-unsorted report geomint.plots.scan_plot:_map
 misspelt-keys scene geomint.scene.validate:check_content
   A misspelt key of [observe] is ignored.
   flaws += _observe_keys(tables.get("observe", {})) → pass
-other-quantity scene geomint.plan.representation:_lacking
+other-quantity plan geomint.plan.representation:_lacking
   A reduction watches a quantity that is another one there.
   same = way.same is None or name in way.same → same = True
 agreement-unproven compare geomint.compare.confirmation:Confirmation.agrees
