@@ -14,7 +14,8 @@ import pytest
 import geomint as gi
 from geomint.compare import reference
 from geomint.compare.confirmation import Confirmation
-from geomint.compare.reference import Reference, name_of, reference_solution, stored
+from geomint.compare.reference import reference_solution
+from geomint.compare.reference_record import Reference, name_of, stored
 from geomint.problems.testproblems import neumann
 from tests.compare.circle import CIRCLE, EAST, IN_TAU, PENDULUM, REST, REST_AT_100, on_circle
 from tests.problems import morse

@@ -5,7 +5,7 @@ import warnings
 from importlib.metadata import entry_points
 
 import geomint as gi
-from geomint.stress.sweep import stress_cases
+from geomint.stress.case import stress_cases
 from tests.problems import examples
 
 OFFERED = {point.name: point.load() for point in entry_points(group="geomint.stress")}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.stress.sweep import Selection, items_of, selected
+from geomint.stress import sweep
 from tests.stress.stress_support import AXES, CASES, EVERY, OFFERED, built
 
 LARGE = 16  # larger ones take a second to build
@@ -49,23 +49,26 @@ def test_axes_of_the_issue():
 
 @pytest.mark.parametrize(("quick", "axes"), [(False, ("momentum",)), (True, ())])
 def test_every_method_is_stressed(quick, axes):
-    selection = Selection(tuple(gi.method_names()), (), axes, quick)
-    groups, _ = items_of(*selected(selection), quick)
+    selection = sweep.Selection(tuple(gi.method_names()), (), axes, quick)
+    groups, _ = sweep.items_of(*sweep.selected(selection), quick)
     assert {item.method for group in groups for item in group} == set(gi.method_names())
 
 
 def test_selections():
-    numbers, methods = selected(Selection(("rk-4",), (), ("edge",), quick=True))
+    numbers, methods = sweep.selected(sweep.Selection(("rk-4",), (), ("edge",), quick=True))
     assert [m.name for m in methods] == ["rk-4"]
     assert {CASES[i].axis.name for i in numbers} == {"edge"}
     assert all(CASES[i].quick for i in numbers)
-    for selection, word in ((Selection(axes=("edg",)), "edge"), (Selection(("rk-5",)), "rk-4")):
+    for selection, word in (
+        (sweep.Selection(axes=("edg",)), "edge"),
+        (sweep.Selection(("rk-5",)), "rk-4"),
+    ):
         with pytest.raises(gi.GeomintError, match=word):
-            selected(selection)
+            sweep.selected(selection)
 
 
 def test_quick_takes_the_ends_of_every_family():
-    _, methods = selected(Selection(quick=True))
+    _, methods = sweep.selected(sweep.Selection(quick=True))
     names = {m.name for m in methods}
     assert {"gauss-1", "gauss-16", "heun-2", "dop853", "dop853-adaptive"} <= names
     assert len(names) < 0.6 * len(gi.method_names())
@@ -74,7 +77,7 @@ def test_quick_takes_the_ends_of_every_family():
 
 
 def test_the_quick_run_has_every_axis_and_shares_no_problem_between_groups():
-    groups, judged = items_of(*selected(Selection(quick=True)), quick=True)
+    groups, judged = sweep.items_of(*sweep.selected(sweep.Selection(quick=True)), quick=True)
     items = [item for group in groups for item in group]
     assert {CASES[item.case].axis.name for item in items} == {axis.name for axis in AXES}
     assert not judged

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from geomint.stress.sweep import guarded
+from geomint.stress.guard import guarded
 
 
 def test_every_ending_costs_its_own_item_only():

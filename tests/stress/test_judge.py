@@ -8,7 +8,8 @@ import pytest
 
 import geomint as gi
 from geomint.stress import judge as judging
-from geomint.stress.judge import KnownEnd, Trial, judge, known_end
+from geomint.stress.judge import Trial, judge
+from geomint.stress.known_end import KnownEnd, known_end
 
 
 @gi.field

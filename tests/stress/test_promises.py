@@ -5,7 +5,7 @@ import pytest
 
 import chaplygin as ch
 from geomint.problems.testproblems import pulsating_body
-from geomint.stress.judge import Quantities
+from geomint.stress.preserved import Quantities
 from tests.problems import double_pendulum, spherical_pendulum
 
 
