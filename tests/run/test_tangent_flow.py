@@ -146,6 +146,7 @@ def test_lengths_of_directions_do_not_matter(name: str, size: float, powers: lis
     np.testing.assert_array_equal(found.slopes / lengths, once.slopes.repeat(len(powers), axis=1))
 
 
+@pytest.mark.nightly
 def test_steps_that_are_too_long_for_iterations() -> None:
     """Newton's method takes them, with slopes of all directions: those of a rotation."""
     stiff = dataclasses.replace(SWING, params=[100.0, -100.0])
