@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 from scipy.integrate import solve_ivp
 
 import geomint as gi
@@ -100,6 +100,8 @@ def test_what_python_cannot_evaluate_is_not_judged() -> None:
 
 
 @given(st.sampled_from(SCENES), st.sampled_from([0.0, 1e-12, 1e4]), st.integers(0, 5))
+@example("hamiltonized-n3", 1.0, 0)
+@example("ball-3d", 1.0, 0)
 def test_no_built_in_system_says_what_is_not_so(name: str, scale: float, piece: int) -> None:
     """Nor where a piece rests, nearly rests, or is huge."""
     model = gi.load_scene(name).model

@@ -35,7 +35,7 @@ def cases(form: str) -> list[tuple[gi.Problem, np.ndarray]]:
 
 @cache
 def truth(form: str, index: int) -> np.ndarray:
-    run = {"step": 0.25, "method": "gauss-16", "compiled": False}
+    run = {"step": 0.5, "method": "gauss-16", "compiled": False}
     return gi.solve(*cases(form)[index], t_end=T_END, **run).y[-1]
 
 
@@ -150,7 +150,7 @@ def test_rejected_steps_are_counted(name: str) -> None:
         two_sizes.function(params, t, y, out, work)
 
     problem = dataclasses.replace(SIZES, field=gi.field(counted))
-    run = {"t_end": 7.0, "step": 0.3, "method": name, "save_every": 1, "compiled": False}
+    run = {"t_end": 4.0, "step": 0.3, "method": name, "save_every": 1, "compiled": False}
     for _ in range(2):  # the first one looks at what the problem declares, too
         calls.clear()
         sol = gi.solve(problem, [1.0, 0.0, 1e3], **run)
