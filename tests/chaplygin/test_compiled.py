@@ -14,8 +14,7 @@ import pytest
 import geomint as gi
 from tests.chaplygin.support import evaluated, of_operator, of_parameters
 
-FAST = ["lr-1-full-3", "stiefel-2-diagonal-4", "clebsch-4", "body-multiplier-3"]
-FAST += ["poisson-special-3"]
+FAST = ["lr-1-full-3", "clebsch-4", "body-multiplier-3"]
 
 
 def chosen() -> list[Any]:

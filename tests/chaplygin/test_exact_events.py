@@ -175,7 +175,7 @@ def test_what_ended_a_run_is_not_told_again() -> None:
     def coarse(params: Any, t: Any, y: Any, work: Any) -> Any:
         return (1e6 + y[2]) * 1.1 - 1.1e6
 
-    for late in (0.0, 1e6, 1e9, 1e12):
+    for late in (0.0, 1e9):
         begun = {"t_end": late, "method": "exact"}
         run = gi.solve(REDUCED, Y0, **begun) if late else None
         for event in (gi.Event("gamma[2]", terminal=True), coarse):

@@ -273,7 +273,7 @@ def test_balls_of_any_momentum():
 @pytest.mark.parametrize("form", ["ball", pytest.param("body", marks=pytest.mark.nightly)])
 def test_nearly_parallel_vectors_against_integration(form):
     """The start to rounding over the angle, and no error beyond the estimate."""
-    for angle in (0.1, 0.01, 1e-3):
+    for angle in (0.1, 1e-3):
         for seed in range(2):
             rng = np.random.default_rng(seed)
             inertia = rng.uniform(0.6, 1.6, 3)

@@ -39,7 +39,7 @@ def test_the_vertical_stays_within_its_curves(path):
 
 def test_figures_of_all_kinds_of_tori():
     """Their vertical is drawn in three dimensions, else refused."""
-    for pattern in ("2", "4", "lagrange", "two-triples", "circle-4"):
+    for pattern in ("2", "4", "lagrange", "circle-4"):
         problem = problem_of(pattern, "sphere-tau")
         exact = problem.exact(problem.random_state(1))
         assert len(motion_figure(exact).axes) == (3 if pattern == "lagrange" else 2)
