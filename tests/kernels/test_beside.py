@@ -90,13 +90,20 @@ def test_a_process_that_helps_begins_at_the_other_end(monkeypatch: pytest.Monkey
         assert beside.other(NAME, True) is None
 
 
-def test_it_is_begun_once_and_for_a_kernel() -> None:
-    tasks = [partial(time.sleep, 600.0)]
+def test_it_is_begun_once_and_for_a_kernel(tmp_path: pathlib.Path) -> None:
+    """It carries out the tasks, one after the other, until the context ends."""
+    done = tmp_path / "done"
+    tasks = [partial(done.touch), partial(time.sleep, 600.0)]
     with beside.compiled_beside(lambda: tasks):
         assert beside.other(NAME, False) is None
         helper = beside.other(NAME, True)
         assert helper is not None
         assert beside.other("another.nbc", False) is helper
+        end = time.monotonic() + 60.0
+        while not done.exists() and time.monotonic() < end:
+            time.sleep(0.01)
+        assert done.exists()
+        assert helper._reader.is_alive()
     assert beside.other(NAME, True) is None
     helper._reader.join(60.0)  # the process has been ended
     assert not helper._reader.is_alive()
