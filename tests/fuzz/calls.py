@@ -109,23 +109,20 @@ def _exact(sphere: ch.ChaplyginSphere, y: Any) -> dict[str, Call]:
         "at_tau": Call(flow.at_tau, {"tau": [0.5, 2.0]}),
         "at_angles": Call(flow.at_angles, {"phi": [0.5, 2.0]}),
         "exact time": Call(flow.time, {"tau": [0.5, 2.0]}),
-        "exact tau": Call(flow.tau, {"t": [0.5, 2.0]}),
-        "angles": Call(flow.angles, {"y": y}),
+        "exact tau": Call(flow.tau, {"t": [0.5, 2.0]}), "angles": Call(flow.angles, {"y": y}),
         "resonances": Call(ch.resonances, {"omega": [1.0, 2.0], "order": 4, "tolerance": 1e-9}),
         "critical_energies": Call(ch.critical_energies, {"a": a, "D": D, "K": 1.0}),
         "discriminant": Call(ch.discriminant, {"a": a, "D": D, "K": 1.0, "H": 0.3}),
-        "frequency_map": Call(
-            lambda states: ch.frequency_map(problem, states).refused, {"states": [y, y]}
-        ),
+        "frequency_map": Call(lambda states: ch.frequency_map(problem, states).refused,
+            {"states": [y, y]}),
         "chart": Call(ch.Spheroconical, {"a": a}),
         "chart coordinates": Call(chart.coordinates, {"gamma": gamma}),
         "chart point": Call(chart.point, {"gamma": gamma, "p_tilde": p}),
         "chart gamma": Call(chart.gamma, {"gaps": chart.coordinates(gamma)[1], "signs": [1, 1, 1]}),
         "gauss_map": Call(ch.gauss_map, {"a": a, "D": D}),
-        "attitude": Call(
-            ch.attitude, {"k": np.cross(gamma, p), "gamma": gamma, "g0": np.eye(3).tolist()}
-        ),
-    }
+        "attitude": Call(ch.attitude, {"k": np.cross(gamma, p), "gamma": gamma,
+            "g0": np.eye(3).tolist()}),
+    }  # fmt: skip
 
 
 def _bodies() -> dict[str, Call]:
@@ -149,18 +146,13 @@ def _bodies() -> dict[str, Call]:
     k = {"gamma": g, "k": triangle}
     return {
         "sphere": Call(of(ch.ChaplyginSphere, reduced), {"a": a, "D": D, "inertia": None}),
-        "sphere moments": Call(
-            of(ch.ChaplyginSphere.from_moments, reduced), {"moments": a, "m": 2.0, "rho": 0.5}
-        ),
-        "sphere tensor": Call(
-            of(ch.ChaplyginSphere.from_moments, reduced), {"moments": tensor, "m": 2.0, "rho": 0.5}
-        ),
-        "sphere J": Call(
-            of(ch.ChaplyginSphere.from_tensor, reduced), {"J": tensor, "m": 2.0, "rho": 0.5}
-        ),
-        "homogeneous": Call(
-            of(ch.ChaplyginSphere.homogeneous, reduced), {"n": 4, "s": 1.0, "D": D}
-        ),
+        "sphere moments": Call(of(ch.ChaplyginSphere.from_moments, reduced), {"moments": a, "m": 2.0,
+            "rho": 0.5}),
+        "sphere tensor": Call(of(ch.ChaplyginSphere.from_moments, reduced), {"moments": tensor,
+            "m": 2.0, "rho": 0.5}),
+        "sphere J": Call(of(ch.ChaplyginSphere.from_tensor, reduced), {"J": tensor, "m": 2.0,
+            "rho": 0.5}),
+        "homogeneous": Call(of(ch.ChaplyginSphere.homogeneous, reduced), {"n": 4, "s": 1.0, "D": D}),
         "special": Call(ch.SpecialInertia, {"a": a, "D": D}),
         "special moments": Call(ch.SpecialInertia.from_moments, {"moments": a, "D": D}),
         "general": Call(ch.GeneralInertia, {"values": tensor}),
@@ -168,14 +160,12 @@ def _bodies() -> dict[str, Call]:
         "tensor": Call(ch.GeneralInertia.from_tensor, {"tensor": tensor}),
         "veselova": Call(of(ch.Veselova, reduced), {"a": a, "D": D}),
         "veselova moments": Call(of(ch.Veselova.from_moments, reduced), {"moments": a, "D": D}),
-        "lr": Call(
-            of(ch.VeselovaLR, lambda b: b.lr().state(w=[0.1, 0.2, 0.0])), {"inertia": a, "r": 1}
-        ),
+        "lr": Call(of(ch.VeselovaLR, lambda b: b.lr().state(w=[0.1, 0.2, 0.0])), {"inertia": a,
+            "r": 1}),
         "lr a": Call(of(ch.VeselovaLR.from_a, lambda b: b.stiefel()), {"a": [*a, 2.0], "r": 2}),
         "rubber": Call(of(ch.RubberSphere, lambda b: b.reduced()), {"inertia": tensor, "D": D}),
-        "rubber a": Call(
-            of(ch.RubberSphere.from_a, lambda b: b.reduced()), {"a": [0.2, 0.3, 0.4], "D": 1.0}
-        ),
+        "rubber a": Call(of(ch.RubberSphere.from_a, lambda b: b.reduced()), {"a": [0.2, 0.3, 0.4],
+            "D": 1.0}),
         "neumann": Call(ch.neumann_problem, {"a": a, "strength": 1.0}),
         "clebsch": Call(ch.clebsch_problem, {"a": a, "strength": 1.0, "x": 1.0, "y": 0.5}),
         "ellipsoid": Call(ch.ellipsoid_problem, {"a": a}),
@@ -185,24 +175,18 @@ def _bodies() -> dict[str, Call]:
         "ball": Call(sphere.ball, {"attitude": True, "k0": triangle}),
         "veselova classical": Call(body.classical, {"f1": 0.3}),
         "state p": Call(sphere.reduced().state, {"gamma": g, "p": p}),
-        "state p_tilde": Call(
-            flow_state := sphere.hamiltonized().state, {"gamma": g, "p_tilde": p}
-        ),
+        "state p_tilde": Call(flow_state := sphere.hamiltonized().state, {"gamma": g, "p_tilde": p}),
         "state omega": Call(flow_state, {"gamma": g, "omega": None, "p": p, "k": None}),
         "state k": Call(lambda **s: ball(sphere, **s), k),
         "state q": Call(neumann.state, {"q": g, "v": [0.0, 1.0, 0.0]}),
-        "exact": Call(
-            lambda y0, t: np.asarray(sphere.hamiltonized().exact(y0).at_tau(t)),
-            {"y0": flow_state(gamma=g, p=p), "t": 1.0},
-        ),
+        "exact": Call(lambda y0, t: np.asarray(sphere.hamiltonized().exact(y0).at_tau(t)),
+            {"y0": flow_state(gamma=g, p=p), "t": 1.0}),
         **_exact(sphere, flow_state(gamma=g, p=p)),
         "random": Call(sphere.ball().random_state, {"rng": 3}),
         "canonical": Call(sphere.ball().canonical, {"y": np.array([0.5, 0.2, -0.3, *g])}),
-        "converted": Call(
-            lambda y: ch.converted(y, sphere.reduced(), sphere.hamiltonized()),
-            {"y": np.array([*g, *p])},
-        ),
-    }
+        "converted": Call(lambda y: ch.converted(y, sphere.reduced(), sphere.hamiltonized()),
+            {"y": np.array([*g, *p])}),
+    }  # fmt: skip
 
 
 @cache
@@ -247,18 +231,9 @@ def calls() -> dict[str, Call]:
     measure = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).reduced().measure
     assert measure is not None
     return {
-        **_solves(),
-        **_bodies(),
-        "Gauss": Call(
-            _maker(gi.Gauss),
-            {
-                "stages": 2,
-                "iteration_tolerance": 0.0,
-                "max_iterations": 100,
-                "iteration": "newton",
-                "fused": False,
-            },
-        ),
+        **_solves(), **_bodies(),
+        "Gauss": Call(_maker(gi.Gauss), {"stages": 2, "iteration_tolerance": 0.0,
+            "max_iterations": 100, "iteration": "newton", "fused": False}),
         "RungeKutta": Call(_maker(gi.RungeKutta), {"tableau": "dop853"}),
         "RKMK": Call(_maker(gi.RKMK), {"tableau": "dop853", "coordinates": "exp"}),
         "Adaptive": Call(_maker(gi.Adaptive), {"base": gi.RungeKutta("dop853"), **tolerances}),
@@ -267,10 +242,8 @@ def calls() -> dict[str, Call]:
         "Rattle": Call(_maker(gi.Rattle), {"iteration_tolerance": 0.0, "max_iterations": 200}),
         "Compose": Call(_maker(gi.Compose), {"base": gi.Gauss(1), "scheme": "suzuki-4"}),
         "find_method": Call(_maker(gi.find_method), {"name": "gauss-1-suzuki-4"}),
-        "with_options": Call(
-            _maker(gi.find_method("dop853-adaptive").with_options),
-            {"rtol": 1e-6, "atol": 1e-9, "max_step": 1.0, "max_steps": 10**4},
-        ),
+        "with_options": Call(_maker(gi.find_method("dop853-adaptive").with_options), {"rtol": 1e-6,
+            "atol": 1e-9, "max_step": 1.0, "max_steps": 10**4}),
         "Problem field": Call(_problem, _fields_of(field)),
         "Problem group": Call(_problem, _fields_of(group)),
         "Problem bound": Call(_problem, _fields_of(metric)),
@@ -279,81 +252,46 @@ def calls() -> dict[str, Call]:
         "Hamiltonian": Call(gi.Hamiltonian, _fields_of(bound.hamiltonian)),
         "Splitting": Call(gi.Splitting, _fields_of(split.splitting)),
         "Measure": Call(gi.Measure, _fields_of(measure)),
-        "SymplecticForm": Call(gi.SymplecticForm, {"constant": True}),
-        "Scene": Call(_made, scene),
+        "SymplecticForm": Call(gi.SymplecticForm, {"constant": True}), "Scene": Call(_made, scene),
         "load_scene": Call(lambda source: gi.load_scene(source), {"source": "ball-3d"}),
-        "make_plan": Call(
-            lambda scene, purpose: gi.make_plan(gi.load_scene(scene), purpose),
-            {"scene": scene, "purpose": "run"},
-        ),
+        "make_plan": Call(lambda scene, purpose: gi.make_plan(gi.load_scene(scene), purpose),
+            {"scene": scene, "purpose": "run"}),
         "as_vector": Call(gi.as_vector, {"name": "x", "value": [1.0, 2.0], "rows": 2}),
-        "value": Call(
-            lambda y, t: gi.value(field, next(iter(field.invariants.values())), y, t),
-            {"y": y0, "t": 0.0},
-        ),
-        "jacobian": Call(
-            lambda y, t, by: bool(len(gi.jacobian(field, y, t, by))),
-            {"y": y0, "t": 0.0, "by": "state"},
-        ),
-        "tangent_flow": Call(
-            gi.tangent_flow,
-            {
-                **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
-                **{"t0": 0.0, "directions": None, "parameters": None},
-            },
-        ),
-        "sensitivities": Call(
-            gi.sensitivities,
-            {
-                **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
-                **{"t0": 0.0, "parameters": None, "observe": "energy"},
-            },
-        ),
-        "sensitivities of a family": Call(
-            lambda parameters: gi.sensitivities(
-                lambda **values: field, y0, parameters=parameters, t_end=1.0, step=0.5
-            ),
-            {"parameters": {"D": 1.0}},
-        ),
-        "lyapunov": Call(
-            gi.lyapunov,
-            {
-                **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
-                **{"t0": 0.0, "count": 2, "directions": None},
-            },
-        ),
-        "gradient": Call(
-            lambda y, t: bool(len(gi.gradient(field, "energy", y, t))), {"y": y0, "t": 0.0}
-        ),
+        "value": Call(lambda y, t: gi.value(field, next(iter(field.invariants.values())), y, t),
+            {"y": y0, "t": 0.0}),
+        "jacobian": Call(lambda y, t, by: bool(len(gi.jacobian(field, y, t, by))), {"y": y0,
+            "t": 0.0, "by": "state"}),
+        "tangent_flow": Call(gi.tangent_flow, {**{"problem": field, "y0": y0, "t_end": 1.0,
+            "method": "rk-4", "step": 0.5}, **{"t0": 0.0, "directions": None, "parameters": None}}),
+        "sensitivities": Call(gi.sensitivities, {**{"problem": field, "y0": y0, "t_end": 1.0,
+            "method": "rk-4", "step": 0.5}, **{"t0": 0.0, "parameters": None, "observe": "energy"}}),
+        "sensitivities of a family": Call(lambda parameters: gi.sensitivities(lambda **values: field,
+            y0, parameters=parameters, t_end=1.0, step=0.5), {"parameters": {"D": 1.0}}),
+        "lyapunov": Call(gi.lyapunov, {**{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4",
+            "step": 0.5}, **{"t0": 0.0, "count": 2, "directions": None}}),
+        "gradient": Call(lambda y, t: bool(len(gi.gradient(field, "energy", y, t))), {"y": y0,
+            "t": 0.0}),
         "derivative": Call(lambda y, t: bool(len(gi.derivative(field, y, t))), {"y": y0, "t": 0.0}),
         "so3": Call(gi.so3, {"vectors": 2}),
         "so_n pieces": Call(lambda n, piece: gi.so_n(n, piece), {"n": 4, "piece": "vector"}),
         "translations": Call(lambda m: gi.so_n(2, "vector") * gi.translations(m), {"m": 2}),
         "natural_in_space": Call(gi.natural_in_space, {"acceleration": field.field}),
         "natural_on_sphere": Call(gi.natural_on_sphere, {"gradient": field.field}),
-        "time_transformed": Call(
-            gi.time_transformed, {"problem": field, "clock": "energy", "y0": y0}
-        ),
-        "with_quadrature": Call(
-            gi.with_quadrature, {"problem": field, "name": "s", "rate": field.invariants["energy"]}
-        ),
-        "pointwise": Call(
-            lambda **given: bool(gi.pointwise(field.field, **given).shape),
-            {"params": field.params, "points": [y0, y0], "rows": 4, "work": 0, "check": True},
-        ),
+        "time_transformed": Call(gi.time_transformed, {"problem": field, "clock": "energy",
+            "y0": y0}),
+        "with_quadrature": Call(gi.with_quadrature, {"problem": field, "name": "s",
+            "rate": field.invariants["energy"]}),
+        "pointwise": Call(lambda **given: bool(gi.pointwise(field.field, **given).shape),
+            {"params": field.params, "points": [y0, y0], "rows": 4, "work": 0, "check": True}),
         "load": Call(lambda path: gi.load(_text(path)), {"path": "/nowhere/run.nc"}),
-        "save": Call(_saved, {"path": "run.nc"}),
-        "piece": Call(_run().piece, {"name": "q"}),
+        "save": Call(_saved, {"path": "run.nc"}), "piece": Call(_run().piece, {"name": "q"}),
         "so_n": Call(gi.so_n, {"n": 4}),
         "birkhoff_average": Call(gi.birkhoff_average, {"values": np.cos(np.arange(64) * 0.3)}),
-        "rotation_number": Call(
-            gi.rotation_number, {"signal": np.exp(1j * np.arange(64) * 0.3), "step": 1.0}
-        ),
-        "frequencies": Call(
-            gi.frequencies,
-            {"signal": np.cos(np.arange(64) * 0.3), "step": 1.0, "terms": 2, "order": 2},
-        ),
-    }
+        "rotation_number": Call(gi.rotation_number, {"signal": np.exp(1j * np.arange(64) * 0.3),
+            "step": 1.0}),
+        "frequencies": Call(gi.frequencies, {"signal": np.cos(np.arange(64) * 0.3), "step": 1.0,
+            "terms": 2, "order": 2}),
+    }  # fmt: skip
 
 
 def mutated(rng: Random, call: Call) -> dict[str, Any]:

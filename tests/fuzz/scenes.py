@@ -12,12 +12,7 @@ from random import Random
 from typing import Any
 
 import geomint as gi
-from geomint.scene.load import builtin_scenes
-from geomint.scene.model import Content
 from tests.fuzz import hostile
-
-SYSTEMS = {point.name: point.load() for point in entry_points(group="geomint.systems")}
-
 
 __all__ = ["mutated_content", "mutated_text", "toml_text"]
 
@@ -27,7 +22,7 @@ Content_ = dict[str, Any]
 @cache
 def originals() -> dict[str, Content_]:
     """Return the contents of all built-in scenes."""
-    return {name: tomllib.loads(f.read_text("utf-8")) for name, f in builtin_scenes().items()}
+    return {name: tomllib.loads(gi.load_scene(name).toml()) for name in gi.scene_names()}
 
 
 def short(content: Content_) -> Content_:
@@ -46,25 +41,24 @@ def short(content: Content_) -> Content_:
 
 
 @cache
+def systems() -> dict[str, gi.System]:
+    """Return all systems by name."""
+    return {point.name: point.load() for point in sorted(entry_points(group="geomint.systems"))}
+
+
+@cache
 def known_keys() -> dict[str, tuple[str, ...]]:
     """Return all keys that a section may have, in any system."""
+    model = type(gi.load_scene("sphere-n3").content)
     keys = {
         name: tuple(getattr(field.annotation, "model_fields", {}))
-        for name, field in Content.model_fields.items()
+        for name, field in model.model_fields.items()
     }
-    systems = [system for _, system in sorted(SYSTEMS.items())]
-    keys["system"] = ("name", *dict.fromkeys(k for s in systems for k in s.parameters.model_fields))
-    keys["initial"] = tuple(dict.fromkeys(k for s in systems for k in s.initial.model_fields))
-    options = (
-        "iteration_tolerance",
-        "max_iterations",
-        "iteration",
-        "fused",
-        "rtol",
-        "atol",
-        "max_step",
-        "max_steps",
-    )
+    every = systems().values()
+    keys["system"] = ("name", *dict.fromkeys(k for s in every for k in s.parameters.model_fields))
+    keys["initial"] = tuple(dict.fromkeys(k for s in every for k in s.initial.model_fields))
+    options = ("iteration_tolerance", "max_iterations", "iteration", "fused")
+    options += ("rtol", "atol", "max_step", "max_steps")
     keys["integrate"] = ("method", "step", "representation", *options)
     keys["events"] = ("crossing", "speed", "first")
     return keys
@@ -141,7 +135,7 @@ def _times(value: Any, factor: float) -> Any:
 def _likely(rng: Random, key: str) -> Any:
     """Return a value that a key might have in some scene, and that may not fit this one."""
     names = {
-        "name": lambda: sorted(SYSTEMS),
+        "name": lambda: list(systems()),
         "method": gi.method_names,
         "methods": lambda: [rng.choice(gi.method_names()), "gauss-4:0.1"],
         "representation": lambda: ["own", "ball", "classical", "reduced", "lr", "contact"],
