@@ -98,21 +98,6 @@ def test_exponential_forces_to_the_last_bit():
     np.testing.assert_allclose(found.y, [float(x) for x in truth], rtol=2**-52, atol=0)
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("forget")
-def test_a_motion_that_becomes_faster_on_a_space_with_parameters():
-    """The default step fails at the rim of the ellipsoid; its semi-axes are those of the space."""
-    scene = gi.load_scene("ellipsoid-uneven").changed(time={"clock": None})
-    problem, y0 = scene.problem, scene.state
-    too_long = 0.75 * gi.Gauss(8).default_step(problem, y0, 40.0)
-    with pytest.raises(gi.ConvergenceError):
-        reference.integrate_extended(problem, y0, 40.0, too_long)
-    found = reference_solution(problem, y0, 40.0)
-    uneven = gi.time_transformed(problem, "normal_squared", y0)
-    sol = gi.solve(uneven, y0, t_end=40.0, method=gi.Gauss(8), step=2.0)
-    np.testing.assert_allclose(sol.y[-1], found.y, rtol=0, atol=1e-12)
-
-
 def test_a_step_that_is_too_long_is_made_shorter(planted):
     tried = []
 
