@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 import geomint as gi
 from geomint.watch.drift import drift_of_run, walk_level
+from geomint.watch.windows import Windows
 
 __all__ = ["drift_of_series", "windows_of"]
 
@@ -14,7 +15,7 @@ MOST = 1024
 Array = npt.NDArray[np.float64]
 
 
-def windows_of(times: Array, values: Array, initial: float = 0.0) -> gi.Windows:
+def windows_of(times: Array, values: Array, initial: float = 0.0) -> Windows:
     """Return the windows of a series from `initial` at time 0, cut at once.
 
     Fewer than 1024 of them, each of the least power of two of samples for which that is so.
@@ -29,7 +30,7 @@ def windows_of(times: Array, values: Array, initial: float = 0.0) -> gi.Windows:
         means = [(x / length).sum(axis=1) for x in (times[:full].reshape(-1, length), rows)]
     late = np.flatnonzero(~np.isfinite(deviations))
     first = 0.0 if not np.isfinite(initial) else float(times[late[0]]) if len(late) else None
-    return gi.Windows(
+    return Windows(
         initial,
         float(times[-1]) if count else 0.0,
         float(deviations[-1]) if count else 0.0,

@@ -225,13 +225,12 @@ def tell(warning: GeomintWarning) -> None:
 
 
 def _show(warning: GeomintWarning) -> None:
-    frame, level = sys._getframe(2), 3
-    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
+    frame, level, own = sys._getframe(2), 3, _packages()
+    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in own:
         frame, level = frame.f_back, level + 1
     warnings.warn(warning, stacklevel=level)
 
 
-@functools.cache
 def _packages() -> set[str]:
     """Return geomint and the packages that register systems: a user did not write their lines."""
     from importlib.metadata import entry_points

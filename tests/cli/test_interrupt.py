@@ -18,9 +18,10 @@ from tests.cli.calls import invoke
 
 LONG = ("sphere-n3", "--t-end", "5e7")  # minutes, but no hour: no trial comes before the run
 RUNNING = """
-import sys
+import sys, threading
 from geomint.cli import main, meanwhile
-meanwhile.WHEN_RUNNING.append(lambda: print("running", flush=True))
+timer = threading.Timer(0.2, print, ("running",), {"flush": True})
+meanwhile.WHEN_RUNNING.append(timer.start)
 main(sys.argv[1:])
 """
 
