@@ -7,6 +7,7 @@ The row fails above that, and says what to use instead. ``pytest --ledger`` writ
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections import Counter
 from pathlib import Path
@@ -97,7 +98,8 @@ class Ledger:
 
     def write(self) -> None:
         for family, (count, size) in self.found().items():
-            self.known[family] |= {"compilations": count, "megabytes": round(size, 2)}
+            most = math.ceil(1.03 * count)  # who asks first may ask for a function more
+            self.known[family] |= {"compilations": most, "megabytes": round(1.03 * size, 2)}
         LEDGER.write_text(tomli_w.dumps(self.known), "utf-8")
 
 
