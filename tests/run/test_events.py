@@ -455,10 +455,11 @@ def test_the_first_end_counts() -> None:
     """Of several events that end a run the first does; of one of them its third; none is later."""
     events = {"x": gi.Event("x", terminal=3), "v": gi.Event("v", terminal=5)}
     run = {"t_end": 100.0, "step": 0.3, "events": {**events, "half": gi.Event("x", level=0.5)}}
-    sol = gi.solve(CIRCLE, [1.0, 0.0], **run)
-    assert sol.message == "ended by the event 'x'"
-    assert [len(t) for t in sol.t_events] == [3, 2, 3]
-    assert sol.t[-1] == sol.t_events[0][-1] == pytest.approx(2.5 * math.pi, abs=1e-12)
+    for sign in (-1.0, 1.0):
+        sol = gi.solve(CIRCLE, [1.0, 0.0], **{**run, "t_end": sign * 100.0})
+        assert sol.message == "ended by the event 'x'"
+        assert [len(t) for t in sol.t_events] == [3, 2, 3]
+        assert sol.t[-1] == sol.t_events[0][-1] == pytest.approx(sign * 2.5 * math.pi, abs=1e-12)
     asked = gi.solve(CIRCLE, [1.0, 0.0], **run, t_eval=[1.0, 7.0, 8.0])
     np.testing.assert_array_equal(asked.t, [1.0, 7.0])
 
@@ -475,6 +476,7 @@ IN_CHUNKS: dict[str, Any] = {  # problem, state, what is asked for
         {"t_end": 60.0, "step": 0.4, "events": ["gamma[2]", gi.Event("gamma[0]", terminal=9)]},
     ),
     "late": (CIRCLE, [1.0, 0.0], {"t0": 2900.0, "t_end": 3000.0, "step": 0.2, "events": ["x"]}),
+    "saved": (CIRCLE, [1.0, 0.0], {"t_end": 100.0, "step": 0.2, "save_every": 7}),
     "an end by the clock": (
         *(SPHERE, SPHERE.random_state(5)),
         {"t_end": 4.0, "step": 0.1, "method": "gauss-4", "observe": "K", "t_eval": [1.0, 4.0]},

@@ -45,9 +45,9 @@ def test_points_are_those_of_one_run() -> None:
 
 
 def test_points_at_seams() -> None:
-    """Points at steps, where the first piece, of 4096 steps, ends, are points."""
+    """Points at steps, where the first piece, of 4096 steps, ends, are points; however many steps."""
     strobe = gi.Event(lambda params, t, y, work: gi.sin(math.pi * t), "up")
-    found = gi.poincare_section(swing(), [1.0, 0.0], strobe, 600, method="rk-4", step=0.25)
+    found = gi.poincare_section(swing(), [1.0, 0.0], strobe, 600, method="rk-4", step=2.0**-10)
     np.testing.assert_allclose(found.tau, np.arange(2.0, 1202.0, 2.0), rtol=0, atol=1e-12)
 
 
@@ -88,6 +88,9 @@ def test_fewer_points_than_asked_for() -> None:
     never = gi.poincare_section(swing(), [1.0, 0.0], gi.Event("x", level=2.0), 10, **run)
     assert (len(never), never.status) == (0, "incomplete")
     assert 10**6 <= never.steps < 2 * 10**6
+    level, two = gi.Event("x", level=2.0), [[1.0, 0.0], [3.0, 0.0]]
+    first_ended = gi.poincare_section(swing(), two, level, 2, end=20.0, **run)
+    assert (first_ended.motions.tolist(), first_ended.status) == ([1, 1], "incomplete")
     for step in (0.5, 1e-4):  # in which the first piece has no point
         with after_a_while(lambda *_: signal.raise_signal(signal.SIGINT)):
             stopped = section_of(10**7, step=step)

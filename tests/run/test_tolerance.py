@@ -19,6 +19,7 @@ import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.accuracy.search import Search, Trial
+from geomint.run.accuracy.stretch import extrapolated
 from tests.families import FAMILIES, KINDS, PROBLEMS, pairs
 from tests.problems import outer_solar_system, schwarzschild
 from tests.run.motions import first, second, swing
@@ -431,15 +432,19 @@ def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
 
 @given(
     *(st.sampled_from([1, 2, 4, 8, 16]), st.sampled_from([1e-6, 1.0, 1e4, math.inf])),
-    st.sampled_from([1e-3, 0.3, 50.0]),
+    *(st.sampled_from([1e-3, 0.3, 50.0]), st.sampled_from([math.inf, 1.7, 4.0])),
 )
-def test_a_search_finds_the_setting(power: int, constant: float, begin: float) -> None:
+def test_a_search_finds_the_setting(
+    power: int, constant: float, begin: float, fails: float
+) -> None:
     """From too small and too large beginnings, through a floor of rounding, and where runs fail."""
+    right = (1e-7 / (10.0 * constant)) ** (1.0 / power)
 
     def attempt(h: float) -> Trial:
         error = max(constant * h**power, 3e-16)
         shown: Any = SimpleNamespace(work=1.0, errors=np.array([error]))
-        return Trial(h, 10.0 * error, shown) if error <= 0.1 else Trial(h, None)
+        runs = error <= 0.1 and h < fails * right
+        return Trial(h, 10.0 * error, shown) if runs else Trial(h, None)
 
     search = Search(attempt, 1e-7, power, 1e3, False)
     setting, expected = search.run(begin)
@@ -447,9 +452,20 @@ def test_a_search_finds_the_setting(power: int, constant: float, begin: float) -
         assert (expected, len(search.trials)) == (math.inf, 8)
         assert 0.0 < setting < begin
     elif len(search.trials) < 8 and (power, constant) != (1, 1e4):  # else it is too far away
-        right = (1e-7 / (10.0 * constant)) ** (1.0 / power)
         assert setting == pytest.approx(right, rel=0.02)
         assert expected == pytest.approx(1e-7, rel=0.1)
+
+
+def test_how_errors_grow() -> None:
+    """In proportion to time, or to its square where a method is not symmetric, as both are seen."""
+    t = np.arange(1.0, 21.0)
+    for rise, end, symmetric, expected in (
+        *((3e-9 * t, 1e3, True, 3e-6), (3e-9 * t, 1e3, False, 3e-6), (0.0 * t, 10.0, False, 0.0)),
+        (1e-9 * t + 1e-9 * t * t, 1e3, False, 1.001e-3),
+    ):
+        assert extrapolated(t, rise, end, symmetric) == pytest.approx(expected)
+    assert extrapolated(t, 1e-9 * t * t, 20.0, False) == pytest.approx(3e-7, rel=0.3)
+    assert extrapolated(t[:1], 3e-9 * t[:1], 10.0, False) == pytest.approx(3e-8)
 
 
 SLOWEST = [(27.0, 1e-10), *((r, x) for r in (21.3, 28.9) for x in (1e-6, 1e-10)), (27.0, 1e-6)]
