@@ -100,11 +100,11 @@ def root(params, t, y, out, work):
 
 
 @pytest.mark.nojit
-@pytest.mark.parametrize("start", [1.0, -3.0, 1e-3, 1e12])
-def test_a_rate_without_derivatives_where_the_run_begins(start: float) -> None:
+def test_a_rate_without_derivatives_where_the_run_begins() -> None:
     """√(t − t₀) is as smooth from t₀ on as √t from 0; roundings of times are no smoothness."""
-    problem = gi.Problem("root", (("y", 1),), params=[start], field=root)
-    assert time_of(problem, np.zeros(1), 1.0, start) == 1.0
+    for start in (1.0, -3.0, 1e-3, 1e12):
+        problem = gi.Problem("root", (("y", 1),), params=[start], field=root)
+        assert time_of(problem, np.zeros(1), 1.0, start) == 1.0
 
 
 @gi.field

@@ -61,17 +61,6 @@ def test_a_spring(k: float) -> None:
     assert found.quantities["late"].by_parameters[0] == pytest.approx(direct, rel=1e-12)
 
 
-def test_without_parameters() -> None:
-    """That is the derivative of the flow alone."""
-    run = {"t_end": 2.0, "step": 0.1}
-    found = gi.sensitivities(SPRING, [0.3, 0.4], **run, observe="energy")
-    flow = gi.tangent_flow(SPRING, [0.3, 0.4], **run)
-    np.testing.assert_array_equal(found.by_state, flow.slopes)
-    assert found.by_parameters.shape == (2, 0)
-    np.testing.assert_allclose(found.quantities["energy"].by_state, [0.3, 0.4], rtol=1e-13)
-    assert "energy" in repr(found)
-
-
 def test_integrals() -> None:
     """∫ x² dt, a number of the state: its value is (2a)² t/2 over a period, k = 1 and v₀ = a."""
 
@@ -279,9 +268,13 @@ def length(params: Any, t: Any, y: Any, work: Any) -> Any:
     return gi.sqrt(y[0] * y[0] + y[1] * y[1])
 
 
-def test_a_quantity_without_a_derivative() -> None:
-    """|y| of a state that stays at 0: an error, no result with NaN; next to it there is one."""
+def test_without_parameters() -> None:
+    """That is the derivative of the flow alone; |y| has none for a state that stays at 0."""
     with pytest.raises(gi.DomainError, match="derivatives where the run ends"):
         gi.sensitivities(SPRING, [0.0, 0.0], **UNIT, observe=[length])
-    found = gi.sensitivities(SPRING, [1e-9, 0.0], **UNIT, observe=[length])
+    found = gi.sensitivities(SPRING, [1e-9, 0.0], **UNIT, observe=length)
     np.testing.assert_allclose(found.quantities["length"].by_state, [1.0, 0.0], atol=1e-13)
+    flow = gi.tangent_flow(SPRING, [1e-9, 0.0], **UNIT)
+    np.testing.assert_array_equal(found.by_state, flow.slopes)
+    assert found.by_parameters.shape == (2, 0)
+    assert "length" in repr(found)
