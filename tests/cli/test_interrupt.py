@@ -42,7 +42,11 @@ def interrupted(*arguments, number=signal.SIGINT):
     meanwhile.WHEN_RUNNING.append(timer.start)
     usual = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
     with handler(number, usual):
-        result = invoke(*arguments)
+        try:
+            result = invoke(*arguments)
+        finally:  # or it would come to whatever is next
+            meanwhile.WHEN_RUNNING.clear()
+            timer.cancel()
     assert "Traceback" not in result.stderr
     return result
 

@@ -70,11 +70,13 @@ def test_a_wrong_pair_is_refused_with_what_would_fit():
         gi.make_plan(scene)
 
 
-def test_the_clock_runs_only_where_it_is_needed():
+def test_nothing_is_done_that_is_not_needed():
     scene = gi.Scene(**HAMILTONIZED)
     assert plan(scene, "run").clock.chosen
     assert not plan(scene, "drift").clock.chosen
     assert plan(scene.changed(time={"t_end": 2.0}), "drift").clock.chosen
+    for purpose in ("run", "drift"):
+        assert plan(scene.changed_observation([]), purpose).watched.value == "nothing"
 
 
 def test_the_step_is_told_with_its_source():
