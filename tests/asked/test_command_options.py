@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -51,7 +52,7 @@ BESIDE = {
     **{f"{name} --representation": "--t-end 1" for name in ("check", "run", "drift", "scan")},
     "chaos --t-end": "--representation reduced", "section --seed": "--motions 2",
     **{f"scan {option}": DRAWN for option in ("--keep", "--temperature", "--seed")},
-    }  # fmt: skip
+}  # fmt: skip
 VALUES = {
     "--method": "gauss-4", "--methods": "gauss-4", "--step": "0.0625", "--tolerance": "1e-5",
     "--t-end": "1", "--tau-end": "1", "--representation": "reduced", "--observe": "energy,K",
@@ -59,8 +60,7 @@ VALUES = {
     "--vary": "p[0]=2:4:2", "--keep": "energy", "--temperature": "1", "--show": "final:K",
     "--steps": "0.1,0.25", "--reference": "extended", "--moments": "1,2,3", "--a": "1,1.5,1.3",
     "--d": "5", "--m": "1", "--rho": "1", "--at": "1", "--animate": "a.txt",
-    "--form": "action", "--out": "taken",
-    "run --out": "s.toml",
+    "--form": "action", "--out": "taken", "run --out": "s.toml",
 }  # fmt: skip
 # Looked at where they are: what a stopped run does not come to is in tests/report and tests/cli.
 ELSEWHERE = {"stress", "audit", "--paper", "compare --quiet"}
@@ -137,15 +137,18 @@ def lines(name: str, command: click.Command) -> Iterator[tuple[str, str, str]]:
 
 @pytest.mark.parametrize("name", commands())
 def test_every_option_does_something(name: str, asked: list[Any], tmp_path: Path) -> None:
+    places = (tmp_path / str(number) for number in itertools.count())
     outcomes: dict[str, Any] = {}
     for option, *both in lines(name, commands()[name]):
         for line in both:
             if line not in outcomes:
-                outcomes[line] = outcome(line, asked, tmp_path / str(len(outcomes)))
+                outcomes[line] = outcome(line, asked, next(places))
         one, other = (outcomes[line] for line in both)
-        assert one != other, f"{option} changes nothing of {one}"
+        assert repr(one) != repr(other), f"{option} changes nothing of {one}"
         assert ["Traceback" in x[3] for x in (one, other)] == [False, option == "--debug"]
         assert "Usage" not in one[3] + other[3]
+    for line in list(outcomes)[:1]:  # which is the same again
+        assert repr(outcome(line, asked, next(places))) == repr(outcomes[line])
 
 
 def test_the_docs_name_every_option() -> None:
