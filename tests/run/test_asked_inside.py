@@ -28,7 +28,7 @@ def problem_of(form: str, begin: float, end: float) -> tuple[gi.Problem, list[fl
 def spans() -> list[tuple[float, float, int]]:
     """Beginnings, ends and numbers of steps whose last sum rounds to more than the end."""
     rng, found = np.random.default_rng(1), list[tuple[float, float, int]]()
-    for sign, count in itertools.product((1.0, -1.0), (1, 2, 3)):
+    for sign, count in itertools.product((1.0, -1.0), (2, 3)):
         while True:
             begin = float(rng.uniform(-0.2, 0.2))
             end = begin + sign * float(rng.uniform(0.3, 0.5))

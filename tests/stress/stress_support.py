@@ -5,11 +5,11 @@ import warnings
 from importlib.metadata import entry_points
 
 import geomint as gi
-from geomint.stress.case import stress_cases
+from geomint.stress import sweep
 from tests.problems import examples
 
 OFFERED = {point.name: point.load() for point in entry_points(group="geomint.stress")}
-CASES = stress_cases()
+CASES = sweep.stress_cases()
 SYSTEMS = {case.system for case in CASES}
 # With those of the test problems that are no part of geomint, which `geomint stress` does not know.
 EVERY = [*CASES, *(case for case in OFFERED["geomint"](examples) if case.system not in SYSTEMS)]
