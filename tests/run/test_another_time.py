@@ -135,7 +135,6 @@ OWN: dict[str, tuple[gi.Problem, float, dict[str, Any]]] = {
     "begun late": (orbit(), 0.95, {"t0": 1e9, "t_end": 1e9 + END}),
     "short": (orbit(), 0.95, {"t_end": 60.0}),
     "even": (orbit(), 0.3, {"t_end": 10.0 * END}),
-    "hardly uneven": (orbit(), 0.85, {"t_end": 10.0 * END}),
     "by time": (orbit(shaken), 0.95, {}),
     "by time, later": (orbit(pushed_once), 0.97, {}),
     "a quantity by time": (orbit(observables={"late": late}), 0.95, {}),
