@@ -168,7 +168,7 @@ def _cold_seconds(checkout: Path) -> float:
     return after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
 
 
-# --- weight, kept runs ----------------------------------------------------------------------------
+# --- weight --------------------------------------------------------------------------------------
 
 
 def weight(folder: str, what: str) -> Found:
@@ -184,24 +184,6 @@ def weights() -> dict[str, dict[str, int]]:
 
 
 @functools.cache
-def kept_runs() -> Found:
-    """Return how many of the kept runs differ from those of the old checkout."""
-    command = [
-        sys.executable,
-        str(ROOT / "tests" / "kept" / "compare.py"),
-        str(before()),
-        str(ROOT),
-    ]
-    run = subprocess.run(command, capture_output=True, text=True)
-    last = run.stdout.strip().splitlines()[-1] if run.stdout.strip() else run.stderr[-200:]
-    return Found(float(run.returncode), last)
-
-
-SEEDS = [str(int(time.time()) % 1_000_000 + k) for k in range(3)]  # not used before
-TRAPS = ("traps.py", "--seeds", *SEEDS)
-
-
-@functools.cache
 def results(script: str, *given: str) -> dict[str, Any]:
     """Return what a benchmark writes."""
     with tempfile.TemporaryDirectory() as folder:
@@ -213,86 +195,28 @@ def results(script: str, *given: str) -> dict[str, Any]:
     return found
 
 
-def trapped(what: str) -> Found:
-    """Return the share of motions that ended so."""
-    found = results(*TRAPS)["all"]
-    note = f"{found.get(what, 0)} of {found['motions']}, seeds {', '.join(SEEDS)}"
-    return Found(found["shares"][what], note)
-
-
-def worst_family() -> Found:
-    """Return the largest share of a family of motions that were wrong in silence."""
-    found = results(*TRAPS)["families"]  # pulses that no step meets are apart
-    shares = {
-        k: v.get("silent", 0) / sum(v.values()) for k, v in found.items() if k != "narrow-pulse"
-    }
-    worst = max(shares, key=lambda name: shares[name])
-    return Found(shares[worst], worst)
-
-
-def missed() -> Found:
-    """Return the share of runs by a tolerance whose error is not 0.01 … 10 times as much."""
-    found = results("tolerance.py")
-    rows = [*found["rows"], *found["rows of methods"], *found["rows of own systems"]]
-    errors = [row["error_over_tolerance"] for row in rows]
-    off = [row for row in rows if not 0.01 <= row["error_over_tolerance"] <= 10.0]
-    free = sum(row.get("free", False) for row in off)
-    note = f"{len(off)} of {len(errors)} are not, {free} of them free; largest {max(errors)}"
-    return Found(len(off) / len(errors), note)
-
-
-def local(what: str) -> Found:
-    """Return how good local errors are: of medians the one that is farthest from 1."""
-    found = results("local_errors.py", "--seed", SEEDS[0])["summary"]
-    if what != "median":
-        return Found(found[what], f"{found['motions']} motions, seed {SEEDS[0]}")
-    far = {m: max(r, 1.0 / r) for m, r in found["medians"].items()}
-    worst = max(far, key=lambda name: far[name])
-    return Found(far[worst], f"{worst}: {found['medians'][worst]:.3g}")
-
-
 # --- tests ----------------------------------------------------------------------------------------
-
-
-class Took(NamedTuple):
-    """What a run of the tests took."""
-
-    processor: float  # seconds
-    minutes: float
-
-
-@functools.cache
-def fast_row(checkout: Path) -> list[Took]:
-    """Return what the fast row of a checkout takes, with an empty cache of compiled code and again."""
-    environment = runpy.run_path(str(ROOT / "tests" / "kept" / "compare.py"))["environment"]
-    with tempfile.TemporaryDirectory() as home:
-        given = environment(checkout, Path(home, "packages"), Path(home, "cache"), 0)
-        return [_took(["pytest", "-q"], checkout, given) for _ in range(1 + (checkout == ROOT))]
-
-
-def _took(command: list[str], folder: Path, given: dict[str, str]) -> Took:
-    used, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-    subprocess.run(command, env=given, cwd=folder, check=True, capture_output=True)
-    minutes, after = (time.monotonic() - begun) / 60, resource.getrusage(resource.RUSAGE_CHILDREN)
-    return Took(after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime, minutes)
 
 
 def suite_seconds() -> Found:
     """Return the processor seconds of the fast row, new over old."""
-    old, new = (fast_row(checkout)[0].processor for checkout in (before(), ROOT))
+    rows = results("net.py")["rows"]
+    old, new = (rows[name]["processor"] for name in ("before, cold", "now, cold"))
     return Found(new / old, f"{old:.0f} to {new:.0f} s")
 
 
-def suite_minutes(warm: int) -> Found:
+def suite_minutes(name: str) -> Found:
     """Return the minutes of the fast row."""
-    return Found(fast_row(ROOT)[warm].minutes)
+    return Found(results("net.py")["rows"][name]["minutes"])
 
 
 def whole_check() -> Found:
     """Return the minutes of `.ci/run` in a fresh clone."""
     with tempfile.TemporaryDirectory() as home:
         subprocess.run(["git", "clone", "-q", str(ROOT), home], check=True)
-        return Found(_took([".ci/run"], Path(home), dict(os.environ)).minutes)
+        begun = time.monotonic()
+        subprocess.run([".ci/run"], cwd=home, check=True, capture_output=True)
+        return Found((time.monotonic() - begun) / 60)
 
 
 def slips(kind: str, row: str) -> Found:
@@ -321,26 +245,10 @@ def test_lines() -> Found:
 
 
 FLOORS: dict[str, dict[str, Floor]] = {
-    "watched": {
-        "silent": Floor(0.001, lambda: trapped("silent")),
-        "warned": Floor(0.02, lambda: trapped("warned")),
-        "refused": Floor(0.02, lambda: trapped("refused")),
-        "families": Floor(0.01, worst_family),
-        "regular": Floor(1.2, lambda: call("promised")),
-        "anew": Floor(3.0, lambda: Found(max(ratios("promised")), "largest of `regular`")),
-        "within": Floor(0.03, missed),
-        "local-median": Floor(10.0, lambda: local("median")),
-        "local-small": Floor(0.01, lambda: local("too small by 30")),
-        "local-cost": Floor(1.0, lambda: local("largest cost over what is allowed")),
-        "cold-drift": Floor(1.05, cold_drift),
-        "lines": Floor(45_077, lambda: weight("src", "lines")),
-        "tokens": Floor(451_955, lambda: weight("src", "tokens")),
-        "kept": Floor(0, kept_runs),
-    },
     "net": {
         "seconds": Floor(1 / 3, suite_seconds),
-        "cold": Floor(4.0, lambda: suite_minutes(0)),
-        "warm": Floor(2.0, lambda: suite_minutes(1)),
+        "cold": Floor(4.0, lambda: suite_minutes("now, cold")),
+        "warm": Floor(2.0, lambda: suite_minutes("now, warm")),
         "check": Floor(12.0, whole_check),
         "planted": Floor(0.05, lambda: slips("planted", "fast")),
         "planted-nightly": Floor(0.0, lambda: slips("planted", "nightly")),

@@ -22,7 +22,6 @@ import geomint as gi
 STATES = 32
 STEP, STEPS, MANY = 0.05, 4, 2000
 FAMILIES = ("gauss-8", "verlet-4", "rattle-2", "cf-4", "rkmk-4", "rk-4")  # of the sphere, the ball
-SCENES = ("hamiltonized-n3", "ball-3d", "ball-poisson", "rubber-ball-n4", "rolling-ball-n3")
 Call = Callable[[], Any]
 
 
@@ -66,16 +65,6 @@ def by_tolerance(seed: int) -> Call:
     return partial(gi.solve, ball(), y0, t_end=100.0, method="auto", tolerance=1e-9)
 
 
-def promised(seed: int) -> Call:
-    """Return a run of a built-in scene by default, or by a tolerance, to T = 30 or 300."""
-    problem = gi.load_scene(SCENES[seed % len(SCENES)]).problem
-    end = "tau_end" if problem.time == "tau" else "t_end"
-    given: dict[str, Any] = {end: (30.0, 300.0)[seed // 4 % 2], "progress": False}
-    given |= {"method": "auto", "tolerance": 1e-9} if seed % 2 else {}
-    given |= {"clock": False} if problem.time == "tau" else {}
-    return partial(gi.solve, problem, problem.random_state(seed), **given)
-
-
 def four_steps(seed: int) -> Call:
     """Return four steps of an integrator that is there."""
     made = gi.Integrator(sphere(), sphere().random_state(seed), "gauss-8", step=STEP)
@@ -96,7 +85,6 @@ ROWS: dict[str, Callable[[int], Call]] = {
     "default-step": default_step,
     "physical-end": physical_end,
     "tolerance": by_tolerance,
-    "promised": promised,
     "integrator": four_steps,
     "steps": many_steps,
 }

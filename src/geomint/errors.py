@@ -233,10 +233,24 @@ def _show(warning: GeomintWarning) -> None:
 
 def _packages() -> set[str]:
     """Return geomint and the packages that register systems: a user did not write their lines."""
-    from importlib.metadata import entry_points
-
-    systems = entry_points(group="geomint.systems")
+    systems = _registered("geomint.systems")
     return {"geomint", *(p.value.partition(":")[0].partition(".")[0] for p in systems)}
+
+
+def _registered(group: str) -> Iterable[EntryPoint]:
+    """Return the entry points of a group: packages are looked at anew where a folder has changed."""
+    from importlib import metadata
+
+    places = [place or "." for place in sys.path]
+    looks = [
+        (p, (found := os.stat(p)).st_ino, found.st_mtime_ns) for p in places if os.path.exists(p)
+    ]
+    return _read(metadata.entry_points, group, *looks)
+
+
+@functools.lru_cache(8)
+def _read(entry_points: Callable[..., Iterable[EntryPoint]], group: str, *_: Any) -> Any:
+    return tuple(entry_points(group=group))
 
 
 def offered(
@@ -260,8 +274,6 @@ def offered(
     expected : str
         What that must be.
     """
-    from importlib.metadata import entry_points
-
     name_of = functools.cache(_name_of)  # of what is in a file
 
     def rank(point: EntryPoint) -> tuple[bool, str, str]:
@@ -270,7 +282,7 @@ def offered(
 
     found: dict[str, Any] = {}
     owners = dict.fromkeys(own, "geomint")
-    for point in sorted(entry_points(group=group), key=rank):
+    for point in sorted(_registered(group), key=rank):
         package = name_of(point.dist)
         where = f"entry point {point.name!r} of the group {group} is left out"
         try:

@@ -18,16 +18,6 @@ from typing import Any, NamedTuple
 from tests.planted.faults import ROOT
 from tests.planted.run import Job, options, tell
 
-FIRST = {  # the folders that run first, where they have not the name of the room
-    "arguments": "asked", "errors": "outputs asked", "kernels": "methods kernels run",
-    "kernels.compiling": "kernels sending", "kernels.groups": "kernels spaces methods",
-    "kernels.numbers": "kernels", "kernels.tangent": "measure kernels run", "plan": "plan scene cli",
-    "plots": "report pictures", "problems": "declaring methods spaces run", "problems.spaces": "spaces",
-    "references": "report", "run": "run scene", "run.ensemble": "ensemble",
-    "run.exact": "methods/test_exact_roots.py chaplygin", "run.files": "outputs cli",
-    "run.storage": "outputs", "scipy": "methods/test_scipy.py", "tableaux": "tableaux methods",
-    "testing": "spaces watch", "watch": "watch report",
-}  # fmt: skip
 OTHER: dict[type, tuple[str, str]] = {
     ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"),
     ast.Gt: (">", ">="), ast.GtE: (">=", ">"), ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="),
@@ -157,17 +147,12 @@ def is_other(source: bytes, other: bytes) -> bool:
 def _job(name: str, path: Path, change: Change, source: bytes, other: bytes) -> Job:
     """Return what is to be run for a change."""
     inside = path.relative_to(ROOT)
-    package, *parts = inside.relative_to("src").with_suffix("").parts
-    rooms = [".".join(parts[:k]) for k in range(len(parts), 0, -1)]
-    own = "chaplygin" if package == "chaplygin" and parts[0] != "stress" else parts[0]
-    own = own if (ROOT / "tests" / own).is_dir() else "cli"
-    folders = next((FIRST[r] for r in rooms if package == "geomint" and r in FIRST), own)
+    module = ".".join(inside.relative_to("src").with_suffix("").parts)
     begin = source.rfind(b"\n", 0, change.start) + 1
     ends = (source, change.end), (other, change.start + len(change.text))
     old, new = (x[begin : x.find(b"\n", end)].decode().strip() for x, end in ends)
-    place = f"{package}.{rooms[0]}:{change.function}"
-    told = name, place, change.kind, old, new, inside, other.decode()
-    return Job(*told, tuple(folders.split()))
+    place = f"{module}:{change.function}"
+    return Job(name, place, change.kind, old, new, inside, other.decode())
 
 
 if __name__ == "__main__":

@@ -2,9 +2,10 @@
 
     python -m tests.planted.run [NAMES] [--row fast|nightly] [--narrow] [--workers N] [--out FILE.json]
 
-The folder of a fault runs first and stops at the first failure; only what slips runs the whole row.
-A run that never ends counts as seen. Results are written as they come: with the same `--out` an
-interrupted run goes on, and faults that are named run again.
+All files of the row run up to the first failure: first those of the fault's folder, then those that run
+the changed lines, which `tests.planted.reach` has found, and of them the quick ones. A test that never
+ends counts as one that fails. Results are written as they come: with the same `--out` an interrupted
+run goes on, and faults that are named run again.
 """
 
 from __future__ import annotations
@@ -29,14 +30,11 @@ from typing import Any, NamedTuple
 
 from tests.planted.faults import FAULTS, ROOT, Fault
 
-# More arguments, and how many seconds of a processor the folder and the row may take.
-ROWS: dict[str, tuple[list[str], int, int]] = {
-    "fast": ([], 900, 3000),
-    "nightly": (["-m", ""], 9000, 30_000),
-}
+# More arguments, and how many seconds of a processor a test may take.
+ROWS: dict[str, tuple[list[str], int]] = {"fast": ([], 300), "nightly": (["-m", ""], 1500)}
 OWN = ("tests/planted", "tests/test_weight.py")  # which see every change, for no user's sake
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*_cache", "_build", ".venv")
-WAITING = 4.0  # times as many seconds of the clock
+WAITING = 2  # times as many seconds of the clock
 FIRST = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", re.MULTILINE)
 Result = dict[str, Any]
 
@@ -51,7 +49,7 @@ class Job(NamedTuple):
     new: str
     path: Path
     source: str
-    folders: tuple[str, ...]
+    folder: str = "-"
 
     @property
     def told(self) -> Result:
@@ -62,12 +60,63 @@ class Job(NamedTuple):
 def job_of(fault: Fault) -> Job:
     """Return what is to be run for a planted fault."""
     name, folder, *told = fault
-    return Job(name, *told, fault.path, fault.source(), (folder,))
+    return Job(name, *told, fault.path, fault.source(), folder)
 
 
 def mode(given: argparse.Namespace) -> Result:
     """Return what a result depends on, beside the fault."""
-    return {name: getattr(given, name) for name in ("row", "narrow", "files")}
+    return {name: getattr(given, name) for name in ("row", "narrow")}
+
+
+def pytest_runtest_setup() -> None:
+    """End the process where a test does not end: this module is a plugin of the rows that it runs."""
+    seconds, most = int(os.environ["PLANTED_SECONDS"]), resource.getrlimit(resource.RLIMIT_CPU)[1]
+    resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + seconds, most))
+    signal.alarm(WAITING * seconds)
+
+
+class Reach:
+    """Which files of tests run what."""
+
+    def __init__(self, path: Path) -> None:
+        if not path.exists():
+            print("finding which tests run which lines …", flush=True)
+            command = [
+                "-m",
+                "pytest",
+                "-q",
+                "-p",
+                "tests.planted.reach",
+                "--reach",
+                path.absolute(),
+            ]
+            subprocess.run([sys.executable, *map(str, command)], cwd=ROOT, check=True)
+        found = json.loads(path.read_text("utf-8"))
+        self._lines, self._seconds = found["lines"], found["seconds"]
+
+    def ordered(self, job: Job, narrow: bool) -> list[str]:
+        """Return the files of tests in the order in which they should run."""
+        old, new = ((ROOT / job.path).read_text("utf-8").splitlines(), job.source.splitlines())
+        first, last = (_alike(*each) for each in ((old, new), (old[::-1], new[::-1])))
+        changed = {*range(first + 1, len(old) - last + 1)}
+        runs = {
+            test: changed & {*lines} for file, test, lines in self._lines if file == str(job.path)
+        }
+
+        def rank(path: str) -> tuple[bool, bool, bool, float]:
+            own = path.startswith((f"tests/{job.folder}/", f"tests/{job.folder}.py"))
+            return not own, not runs.get(path), path not in runs, self._seconds.get(path, 0.0)
+
+        found = sorted(
+            (str(p.relative_to(ROOT)) for p in ROOT.glob("tests/**/test_*.py")), key=rank
+        )
+        return [p for p in found if not (narrow and all(rank(p)[:2])) and not p.startswith(OWN)]
+
+
+def _alike(one: Sequence[str], other: Sequence[str]) -> int:
+    """Return how many lines are the same before the first that differs."""
+    same = [x == y for x, y in zip(one, other, strict=False)]
+    return [*same, False].index(False)
 
 
 class Copy:
@@ -76,19 +125,20 @@ class Copy:
     def __init__(self, home: Path, given: argparse.Namespace) -> None:
         self.root, self._cache, self._given = home / "checkout", home / "cache", given
         shutil.copytree(ROOT, self.root, ignore=LEFT_OUT, symlinks=True)
+        if known := os.environ.get("NUMBA_CACHE_DIR"):
+            shutil.copytree(known, self._cache)
         own = {"PYTHONPATH": str(self.root / "src"), "NUMBA_CACHE_DIR": str(self._cache)}
-        self._environment = {**os.environ, "MPLBACKEND": "Agg", **own}
+        own |= {"PYTHONPYCACHEPREFIX": str(home / "pyc"), "PYTHONDONTWRITEBYTECODE": ""}
+        own |= {"PLANTED_SECONDS": str(ROWS[given.row][1]), "MPLBACKEND": "Agg"}
+        self._environment = {**os.environ, **own}
 
-    def look(self, job: Job) -> Result:
+    def look(self, job: Job, tests: Sequence[str]) -> Result:
         """Return whether a fault is seen, and by what."""
         place, begun = self.root / job.path, time.monotonic()
-        more, folder, row = ROWS[self._given.row]
         before, compiled = place.read_bytes(), set(self._cache.glob("geomint/*"))
         place.write_text(job.source, "utf-8")
         try:
-            seen = self._seen(job, [*more, *self._files(job)], folder)
-            if seen is None and not self._given.narrow:
-                seen = self._seen(job, [*more, "tests"], row)
+            seen = self._seen(job, tests)
         finally:
             place.write_bytes(before)
             if "kernels" in job.path.parts:  # compiled code that nothing else runs
@@ -97,53 +147,35 @@ class Copy:
         seconds = round(time.monotonic() - begun)
         return {**job.told, **mode(self._given), "by": seen, "seconds": seconds}
 
-    def _files(self, job: Job) -> list[str]:
-        """Return the files of its folders, first those that speak of the same things."""
-        words = {word.lower() for word in re.findall("[A-Z]?[a-z]{4,}", job.place)}
-
-        def alike(path: Path) -> float:
-            text = path.read_text("utf-8").lower()
-            counts = [min(text.count(w), 9) for w in words]
-            return sum(w in path.stem for w in words) + sum(counts) / (2000 + len(text))
-
-        homes = [self.root / "tests" / folder for folder in job.folders]
-        found = [
-            path for home in homes for path in (home, *home.rglob("test_*.py")) if path.is_file()
-        ]
-        return [*map(str, sorted(found, key=lambda path: (-alike(path), path)))][
-            : self._given.files
-        ]
-
-    def _seen(self, job: Job, tests: list[str], limit: int) -> str | None:
+    def _seen(self, job: Job, tests: Sequence[str]) -> str | None:
         """Return the first test that fails, or None if all pass."""
         options = ["-x", "-q", "-p", "no:cacheprovider", "-n", self._given.processes]
-        options += [f"--ignore={path}" for path in OWN]
-        code, said = self._run(["-m", "pytest", *options, *tests], limit)
+        options += ["-p", "tests.planted.run", *ROWS[self._given.row][0]]
+        code, said = self._run(["-m", "pytest", *options, *tests])
         first = FIRST.search(said)
         if code == 0:
             return None
-        if code is None or code < 0:  # SIGXCPU: after `limit` seconds of a processor
-            return f"hangs: no end after {limit} s" if code is None else signal.Signals(-code).name
+        if code < 0:  # SIGXCPU and SIGALRM: a test takes too long
+            return signal.Signals(-code).name
         if code == 1 or (code == 2 and first):
             return first[1] if first else "?"
         needed = f"import geomint, {job.place.partition(':')[0]}"
-        if self._run(["-c", needed], limit)[0]:  # by a `conftest.py` too
+        if self._run(["-c", needed])[0]:  # by a `conftest.py` too
             return "cannot be imported"
         raise RuntimeError(f"pytest ended with {code}, not by a test that fails:\n{said[-3000:]}")
 
-    def _run(self, arguments: Sequence[str], limit: int) -> tuple[int | None, str]:
-        """Return the exit code, None if there is no end, and the output."""
+    def _run(self, arguments: Sequence[str]) -> tuple[int, str]:
+        """Return the exit code and the output."""
         process = subprocess.Popen(
             [sys.executable, *arguments], cwd=self.root, env=self._environment, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True, errors="replace",
         )  # fmt: skip
+        limit = 3 * ROWS[self._given.row][1]  # where pytest only imports its tests
         with contextlib.suppress(ProcessLookupError):
-            resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, limit))
+            resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
         try:
-            said, _ = process.communicate(timeout=WAITING * limit)
+            said, _ = process.communicate()
             return process.returncode, said
-        except subprocess.TimeoutExpired:
-            return None, ""
         finally:  # with all that it has started
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
@@ -157,12 +189,12 @@ def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[Result]:
         known = {r["name"]: r for r in json.loads(given.out.read_text("utf-8"))}
     old = [j.name for j in jobs if (j.told | mode(given)).items() <= known.get(j.name, {}).items()]
     left = [job for job in jobs if job.name in given.names or job.name not in old]
-    copies: list[Copy] = []
+    copies, reach = list[Copy](), Reach(given.reach)
 
     def look(job: Job) -> Result:
         copy = copies.pop()
         try:
-            return copy.look(job)
+            return copy.look(job, reach.ordered(job, given.narrow))
         finally:
             copies.append(copy)
 
@@ -203,10 +235,12 @@ def options(out: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser()
     parser.add_argument("names", nargs="*", metavar="NAMES")
     parser.add_argument("--row", choices=ROWS, default="fast")
-    parser.add_argument("--narrow", action="store_true", help="only the folders that should see it")
-    parser.add_argument("--files", type=int, help="of these folders, the most: for a quick look")
+    parser.add_argument("--narrow", action="store_true", help="only what is known to run the lines")
     parser.add_argument("--workers", type=int, default=1, help="copies of the checkout at once")
     parser.add_argument("--processes", default="0", help="of each row: `-n` of pytest")
+    parser.add_argument(
+        "--reach", type=Path, default=Path("reach.json"), help="is written if missing"
+    )
     parser.add_argument("--out", type=Path, default=Path(out))
     return parser
 

@@ -34,7 +34,6 @@ def test_mutants_are_code_and_the_same_for_a_seed() -> None:
         before = (ROOT / mutant.path).read_text("utf-8")
         assert ast.dump(ast.parse(mutant.source)) != ast.dump(ast.parse(before))
         assert mutant.old != mutant.new
-        assert all((ROOT / "tests" / folder).exists() for folder in mutant.folders)
 
 
 @pytest.mark.parametrize(("seen", "count"), [(0, 7), (3, 10), (95, 100), (60, 60)])

@@ -63,13 +63,13 @@ def is_float64(*values) -> bool:
 
 def fma(x, y, z) -> Any:
     """Return ``x * y + z`` with one rounding (float64; other kinds of number round twice)."""
+    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
+        return np.float64(_fma_float(x, y, z))
     if not is_float64(x, y, z):
         own = next((v for v in (x, y, z) if hasattr(v, "fused")), None)
         return x * y + z if own is None else own.fused(x, y, z)
-    cls = next((type(v) for v in (x, y, z) if isinstance(v, np.ndarray)), None)
-    if cls is None:
-        return np.float64(_fma_float(float(x), float(y), float(z)))
-    return _fma_array(x, y, z).astype(np.float64).view(cls)
+    cls = next((type(v) for v in (x, y, z) if isinstance(v, np.ndarray)), np.float64)
+    return np.float64(_fma_array(x, y, z)).view(cls)
 
 
 def of_numpy(function: Callable[..., Any]):

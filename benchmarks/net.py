@@ -1,0 +1,96 @@
+"""What the fast row of the tests takes, before the redesign and now: in all, and by folder.
+
+The packages of this environment and the commit `BEFORE` of `floors.py` are used; compiled code and
+bytecode are kept in new folders, so the first run of each is cold. Nothing else may run on the machine.
+Writes ``results/net.json`` and ``docs/images/net.png``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import runpy
+import subprocess
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import matplotlib.pyplot as plt
+
+from floors import ROOT, before
+from machine import describe
+
+MOST = 12  # folders in the picture
+
+
+def row(checkout: Path, times: int) -> list[dict[str, Any]]:
+    """Return what the row takes with nothing compiled, and again."""
+    environment = runpy.run_path(str(ROOT / "tests" / "kept" / "compare.py"))["environment"]
+    with tempfile.TemporaryDirectory() as home:
+        given = environment(checkout, Path(home, "packages"), Path(home, "cache"), 0)
+        given |= {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": f"{home}/pyc"}
+        told, found = Path(home, "told.xml"), []
+        for _ in range(times):
+            used, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+            command = ["pytest", "-q", "--junitxml", str(told)]
+            subprocess.run(
+                command, env=given, cwd=checkout, check=checkout == ROOT, capture_output=True
+            )
+            minutes = (time.monotonic() - begun) / 60
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            processor = after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
+            seconds, count = folders(told)
+            took = {"tests": count, "processor": processor, "minutes": minutes, "folders": seconds}
+            found.append(took)
+    return found
+
+
+def folders(told: Path) -> tuple[dict[str, float], int]:
+    """Return the seconds of each folder of tests, and how many tests there are."""
+    found, count = Counter[str](), 0
+    for case in ElementTree.parse(told).iter("testcase"):
+        name = case.get("classname", "").removeprefix("tests.").split(".")
+        found[name[0] if len(name) > 1 else "others"] += float(case.get("time", "0"))
+        count += 1
+    return dict(found.most_common()), count
+
+
+def draw(rows: dict[str, dict[str, Any]], path: Path) -> None:
+    """Draw the seconds of the folders that take most."""
+    figure, axes = plt.subplots(figsize=(8, 4.4), layout="constrained")
+    total = Counter[str]()
+    for each in rows.values():
+        total.update(each["folders"])
+    names = [name for name, _ in total.most_common(MOST)]
+    for k, (label, each) in enumerate(rows.items()):
+        values = [each["folders"].get(name, 0.0) for name in names]
+        values.append(sum(each["folders"].values()) - sum(values))
+        places = [i + 0.27 * (k - 1) for i in range(len(values))]
+        axes.barh(places, values, 0.25, label=f"{label}: {each['minutes']:.1f} min")
+    axes.set_yticks(range(len(names) + 1), [*names, "all others"])
+    axes.invert_yaxis()
+    axes.set(xlabel="seconds of tests, both cores together", xscale="symlog")
+    axes.legend()
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "benchmarks" / "results")
+    parser.add_argument("--images", type=Path, default=ROOT / "docs" / "images")
+    given = parser.parse_args()
+    (old,), (cold, warm) = row(before(), 1), row(ROOT, 2)
+    rows = {"before, cold": old, "now, cold": cold, "now, warm": warm}
+    draw(rows, given.images / "net.png")
+    record = {"machine": describe(["geomint", "numba", "pytest"]), "rows": rows}
+    (given.out / "net.json").write_text(json.dumps(record, indent=1) + "\n", "utf-8")
+    for name, took in rows.items():
+        print(name, f"{took['processor']:.0f} s of processor time, {took['minutes']:.2f} min")
+
+
+if __name__ == "__main__":
+    main()
