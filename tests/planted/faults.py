@@ -101,7 +101,7 @@ newton-unproven methods geomint.kernels.solve.newton_endings:ended
 momentum-off-constraint methods geomint.kernels.solve.rattle:rattle_step
   RATTLE leaves velocities that are not tangent to the constraints.
   left = project_momentum(gradients, params, t1, own, n, m) → left = still
-other-branch problems geomint.kernels.solve.small_matrices:lost_rank
+other-branch declaring/test_declared.py geomint.kernels.solve.small_matrices:lost_rank
   Where a linkage is stretched a run takes another branch, and says success.
   and size >= PULLED * pull → and size < 0.0
 tolerance-accepted methods geomint.kernels.solve.adaptive:_step

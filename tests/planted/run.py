@@ -104,7 +104,7 @@ class Reach:
         }
 
         def rank(path: str) -> tuple[bool, bool, bool, float]:
-            own = path.startswith((f"tests/{job.folder}/", f"tests/{job.folder}.py"))
+            own = f"{path}/".startswith(f"tests/{job.folder}/")
             return not own, not runs.get(path), path not in runs, self._seconds.get(path, 0.0)
 
         found = sorted(
