@@ -12,13 +12,13 @@ import geomint as gi
 from geomint.problems.testproblems import henon_heiles
 
 HENON = henon_heiles.problem()
-STATES = np.random.default_rng(1).uniform(-0.2, 0.2, (200, 4))
+STATES = np.random.default_rng(1).uniform(-0.2, 0.2, (100, 4))
 READ = gi.Windows("energy", 24)
 
 
 def test_brouwers_law() -> None:
     """Gauss methods round without bias: the energy walks. rk-4 drifts, its energy linearly."""
-    many = gi.solve_ensemble(HENON, STATES, t_end=4000.0, step=0.4, method="gauss-8", readings=READ)
+    many = gi.solve_ensemble(HENON, STATES, t_end=3000.0, step=0.4, method="gauss-8", readings=READ)
     walks = many.growth("energy")
     assert walks.drift_class == "sqrt"
     assert walks.interval[0] < 0.5 < walks.interval[1]
