@@ -214,35 +214,35 @@ def test_a_bounded_part_is_not_left_for_an_unbounded_one() -> None:
         assert stats.ks_2samp(seen, known).pvalue > SIGNIFICANT
 
 
+BALL = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+CONSTRAINT = r"keep = 'norm': expected no constraint"
+
+
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("problem", "given", "said"),
     [
-        ({}, "at="),
-        ({"keep": []}, "infinite"),
-        ({"keep": {"enrgy": 1.0}}, "energy"),
-        ({"keep": {"energy": np.nan}}, "energy"),
-        ({"keep": {"energy": -1.0}}, "keep"),
-        ({"keep": {"energy": 1.0, "again": 2.0}}, "depend"),
-        ({"keep": 7}, "names"),
-        ({"temperature": 0.0}, "temperature"),
-        ({"temperature": "warm"}, "temperature"),
-        ({"temperature": 1.0, "keep": {"energy": 1.0}}, "energy is kept"),
-        ({"keep": {"energy": 1.0}, "seed": -1}, "seed"),
-        ({"keep": {"energy": 1.0}, "at": [1.0]}, "state"),
+        (OSCILLATORS, {}, "at="),
+        (OSCILLATORS, {"keep": []}, "infinite"),
+        (OSCILLATORS, {"keep": {"enrgy": 1.0}}, "energy"),
+        (OSCILLATORS, {"keep": {"energy": np.nan}}, "energy"),
+        (OSCILLATORS, {"keep": {"energy": -1.0}}, "keep"),
+        (OSCILLATORS, {"keep": {"energy": 1.0, "again": 2.0}}, "depend"),
+        (OSCILLATORS, {"keep": 7}, "names"),
+        (OSCILLATORS, {"temperature": 0.0}, "temperature"),
+        (OSCILLATORS, {"temperature": "warm"}, "temperature"),
+        (OSCILLATORS, {"temperature": 1.0, "keep": {"energy": 1.0}}, "energy is kept"),
+        (OSCILLATORS, {"keep": {"energy": 1.0}, "seed": -1}, "seed"),
+        (OSCILLATORS, {"keep": {"energy": 1.0}, "at": [1.0]}, "state"),
+        (OSCILLATORS, {"keep": {"energy": 1.0}, "count": 0}, "count"),
+        (dataclasses.replace(OSCILLATORS, measure=None), {"keep": {"energy": 1.0}}, "measure"),
+        (7, {}, "problem"),
+        (BALL, {"at": BALL.random_state(1), "keep": ["energy", "norm"]}, CONSTRAINT),
+        (BALL, {"temperature": 0.1, "keep": {"norm": 0.0}}, CONSTRAINT),
     ],
 )
-def test_what_makes_no_sense(given: dict[str, Any], said: str) -> None:
+def test_what_makes_no_sense(problem: Any, given: dict[str, Any], said: str) -> None:
     with pytest.raises(gi.DomainError, match=said):
-        gi.draw_states(OSCILLATORS, 3, **given)
-
-
-@pytest.mark.parametrize("more", [{"keep": ["energy", "norm"]}, {"keep": {"norm": 0.0}}])
-@pytest.mark.parametrize("temperature", [None, 0.1])
-def test_a_constraint_is_nothing_to_keep(more: dict[str, Any], temperature: float | None) -> None:
-    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
-    at = problem.random_state(1)
-    with pytest.raises(gi.DomainError, match=r"keep = 'norm': expected no constraint"):
-        gi.draw_states(problem, 9, at=at, temperature=temperature, **more)
+        gi.draw_states(problem, **{"count": 3, **given})
 
 
 @pytest.mark.usefixtures("short_chains")
@@ -258,14 +258,3 @@ def test_what_is_zero_but_for_rounding_can_be_kept() -> None:
     assert 0.0 < abs(gi.value(problem, "area", state)) < 1e-15
     states = gi.draw_states(problem, 9, at=state, keep=["energy", "area"])
     assert max(abs(gi.value(problem, "area", y)) for y in states) < 1e-11
-
-
-def test_no_measure_no_draws() -> None:
-    bare, kept = dataclasses.replace(OSCILLATORS, measure=None), {"keep": {"energy": 1.0}}
-    for given, said in (
-        ((bare, 3), "measure"),
-        ((OSCILLATORS, 0), "count"),
-        ((7, 3), "problem"),
-    ):
-        with pytest.raises(gi.DomainError, match=said):
-            gi.draw_states(*given, **kept)
