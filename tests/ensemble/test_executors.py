@@ -120,18 +120,6 @@ def test_ctrl_c_ends_what_threads_of_an_executor_have_begun(ctrl_c) -> None:
 
 
 @pytest.mark.nightly
-def test_a_killed_process_keeps_finished_members() -> None:
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        number = pool.submit(os.getpid).result()
-        threading.Timer(8.0, os.kill, (number, signal.SIGKILL)).start()
-        with pytest.raises(gi.EnsembleError, match="BrokenProcessPool") as told:
-            gi.solve_ensemble(
-                HENON, STATES, executor=pool, t_end=300_000.0, step=0.01, method="gauss-3"
-            )
-    assert (told.value.partial.status == "not run").any()
-
-
-@pytest.mark.nightly
 def test_dask_goes_on_when_a_worker_is_killed() -> None:
     """A scheduler and two workers, processes of this machine; one is killed under way."""
     from distributed import Client, LocalCluster

@@ -277,25 +277,16 @@ def test_a_reading_that_fails_late_loses_nothing_that_is_done(workers: int) -> N
         (gi.Windows("energy", 0), "count"),
         (gi.Exponents(0), "count"),
         (gi.SectionPoints(["gamma[0]", "gamma[1]"]), "one event"),
+        (("mean:K", {"method": "dop853-adaptive"}), "equal steps"),
+        (("mean:K", {"tau_eval": np.geomspace(0.1, 4.0, 40)}), "equal steps"),
+        (("exponent", {"tau_end": None, "t_end": 4.0}), "tau_end"),
+        ((gi.SectionPoints("gamma[2]", 3), {"tau_end": -5.0}), "tau_end = "),
+        ((gi.SectionPoints("gamma[2]", 3), {"t0": 3.0}), "t0 = "),
     ],
 )
 def test_what_cannot_be_read(asked: Any, said: str) -> None:
-    with pytest.raises(gi.DomainError, match=said):
-        gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked)
-
-
-@pytest.mark.parametrize(
-    ("run", "asked", "said"),
-    [
-        ({"method": "dop853-adaptive"}, "mean:K", "equal steps"),
-        ({"tau_eval": np.geomspace(0.1, 4.0, 40)}, "mean:K", "equal steps"),
-        ({"tau_end": None, "t_end": 4.0}, "exponent", "tau_end"),
-        ({"tau_end": -5.0}, gi.SectionPoints("gamma[2]", 3), "tau_end = "),
-        ({"t0": 3.0}, gi.SectionPoints("gamma[2]", 3), "t0 = "),
-    ],
-)
-def test_runs_that_a_reading_does_not_take(run: Any, asked: Any, said: str) -> None:
     """Averages and frequencies are of equal steps; sections begin at time 0 and go forward."""
+    asked, run = asked if isinstance(asked, tuple) else (asked, {})
     with pytest.raises(gi.DomainError, match=said):
         gi.solve_ensemble(PROBLEM, STATES, **{"tau_end": 4.0, **run}, readings=asked)
 
