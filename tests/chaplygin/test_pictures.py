@@ -80,17 +80,13 @@ def run(*words):
     return CliRunner().invoke(main, ["exact", *words])
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_command(tmp_path):
-    film = tmp_path / "r.gif"
-    result = run(
-        "hamiltonized-n3", "--at", "0,1e9", "--out", str(tmp_path), "--animate", str(film),
-        "--frames", "2",
-    )  # fmt: skip
+    result = run("hamiltonized-n3", "--at", "0,1e9", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
     assert "frequencies in τ" in result.output
     assert "t = 1000000000:" in result.output
-    assert film.stat().st_size > 1000
-    assert (tmp_path / "exact.png").stat().st_size > 10000
+    assert (tmp_path / "exact.png").exists()
     record = json.loads((tmp_path / "exact.json").read_text("utf-8"))
     scene = gi.load_scene("hamiltonized-n3")
     exact = scene.problem.exact(scene.state)
@@ -114,6 +110,12 @@ def test_the_command(tmp_path):
         "What to cite",
     ):
         assert word in page
+
+
+def test_a_film(tmp_path):
+    result = run("hamiltonized-n3", "--animate", str(tmp_path / "r.gif"), "--frames", "2")
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "r.gif").stat().st_size > 1000
 
 
 @pytest.mark.nightly

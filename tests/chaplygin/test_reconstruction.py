@@ -18,7 +18,7 @@ def test_along_the_exact_flow(n):
     t = np.linspace(0.0, -30 * turn, 1200)
     upright = pieces(contact, ch.converted(exact(0.0), reduced, contact))["g"].reshape(n, n)
     g0 = np.eye(n)
-    g0[:-1, :-1] = random_rotation(n - 1)  # about the vertical
+    g0[:-1, :-1] = random_rotation(n - 1) if n > 2 else 1.0  # about the vertical
     path = ch.rolled_path(contact, reduced, t, exact(t), g0 @ upright, np.arange(n - 1.0))
     np.testing.assert_allclose(path.attitude[0], g0 @ upright, atol=1e-15)
     assert path.error < 1e-12
@@ -42,7 +42,7 @@ def test_the_reaction_along_the_exact_motion(momentum):
         y[:3] -= (y[:3] @ y[3:]) * y[3:]
     exact = classical.exact(y)
     path = ch.ContactPath(exact, 0.7)
-    t = np.linspace(0.0, 5.0, 500)
+    t = np.linspace(0.0, 2.0, 200)
     start = pieces(contact, path.state(0.0))
     ball = sphere.ball()
     triangles = [ch.converted(z, classical, ball) for z in exact(t)]

@@ -164,7 +164,7 @@ def test_any_direction_and_any_scale(gamma, p, size, scale):
 
 
 @given(
-    st.lists(st.one_of(st.floats(), st.none(), st.text(max_size=2)), max_size=5),
+    st.lists(st.one_of(st.floats(), st.sampled_from([None, "", "a", "1"])), max_size=5),
     st.lists(st.one_of(st.floats(), st.integers()), max_size=5),
 )
 @examples(20)

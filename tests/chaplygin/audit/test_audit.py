@@ -88,7 +88,7 @@ UNLABELLED = [
 
 @pytest.fixture(scope="module")
 def found():
-    return audit((2, 3, 4), points=4, seed=3)
+    return audit((2, 3, 4), points=3, seed=3)
 
 
 def verdicts(result):
@@ -142,7 +142,7 @@ def test_what_cites_a_formula_that_fails_says_so(found):
 def test_every_statement_is_evaluated_off_the_manifold_too(found):
     for result in found.results:
         if result.residual is not None:
-            assert result.points >= 4
+            assert result.points >= 3
             assert result.off_manifold is not None
     by_label = {r.claim.label: r for r in found.results}
     for label in ("PE", "kk", "fedorov"):  # what nobody claims there does not hold there

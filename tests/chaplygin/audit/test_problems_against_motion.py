@@ -23,7 +23,7 @@ from tests.paper.motion import accelerations, ball_motion, constrained_rotation
 from tests.paper.points import sample
 from tests.paper.stiefel import constraint_forms, rank_of, stiefel, stiefel_rates, veselova_motion
 
-POINTS = 12  # of each problem at least, as many in each of its dimensions, three or more
+POINTS = 8  # of each problem at least, as many in each of its dimensions; with all operators
 
 
 def operator(point):
@@ -281,6 +281,6 @@ def test_a_problem_moves_as_the_motion_does(sides):
     found = {
         (n, index): residual(sides(sample(n, index)))
         for n in dimensions
-        for index in range(-(-POINTS // len(dimensions)))
+        for index in range(n, n - (-POINTS // len(dimensions)))
     }
     assert max(found.values()) <= HOLDS, max(found, key=found.get)
