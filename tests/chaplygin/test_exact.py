@@ -128,28 +128,6 @@ def test_starts_on_coordinate_planes_and_at_turning_points(n):
             np.testing.assert_allclose(moved, [-rate * tau, rate * tau], rtol=1e-3)
 
 
-def test_windings_give_the_signs():
-    """n = 2: γ goes round the circle, and comes back after 4π of the angle, not 2π."""
-    problem = ch.ChaplyginSphere(a=[0.8, 1.3], D=4.0).hamiltonized()
-    y = problem.state(gamma=[0.6, 0.8], p_tilde=[-0.8, 0.6])
-    exact = problem.exact(y)
-    half = 2 * np.pi / abs(exact.frequencies[0])
-    np.testing.assert_allclose(exact.at_tau(half), -y, atol=1e-14)
-    np.testing.assert_allclose(exact.at_tau(2 * half), y, atol=1e-14)
-
-
-def test_equal_parameters_are_great_circles():
-    """One pair and nothing else: γ turns with D/a − a times |p̃|, whatever the dimension."""
-    problem = ch.ChaplyginSphere.homogeneous(4, 1.5, 2.0).hamiltonized()
-    y = problem.random_state(4)
-    exact = problem.exact(y)
-    a, size = problem.parameters["a"][0], np.linalg.norm(y[4:])
-    rate = (2.0 / a - a) * size
-    np.testing.assert_allclose(exact.frequencies, [rate], rtol=1e-15)
-    expected = y[:4] * np.cos(0.7 * rate) + y[4:] / size * np.sin(0.7 * rate)
-    np.testing.assert_allclose(exact.at_tau(0.7)[:4], expected, atol=1e-15)
-
-
 def test_arrays_and_shapes():
     problem = problem_of("3", "sphere-tau")
     exact = problem.exact(problem.random_state(1))

@@ -193,25 +193,6 @@ def test_times_without_a_phase_are_refused():
         ball.exact(ball.random_state(1))(1e300)
 
 
-def test_a_clock_is_refused_once(monkeypatch):
-    """A refusal may have cost seconds: the next calls raise it at once."""
-    calls = []
-
-    def refuse(*given):
-        calls.append(given)
-        raise gi.DomainError("state", 0.0, "a motion that decays")
-
-    monkeypatch.setattr(flow, "product_clock", refuse)
-    problem = problem_of("3", "sphere-tau")
-    exact = problem.exact(problem.random_state(1))
-    for call in (exact.time, exact.tau, exact, exact.time_error, lambda t: exact.mean_frequencies):
-        for _ in range(2):
-            with pytest.raises(gi.DomainError, match="decays"):
-                call(1.0)
-    assert len(calls) == 1
-    assert np.isfinite(exact.at_tau(1.0)).all()
-
-
 @pytest.mark.nightly
 def test_clocks_whose_series_do_not_decay_are_refused():
     """Of a ball next to a separatrix; states at any τ are right nonetheless."""

@@ -146,17 +146,6 @@ def test_balls_on_the_plane():
         build("rolling-ball", parameters, turning | {"v": [0.0, 0.0, 0.0]})
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize(("name", "end"), [("rolling-ball-n3", 50.0), ("rolling-ball-n4", 20.0)])
-def test_scenes_run(name, end):
-    """What is to be kept is kept, and the ball gets somewhere."""
-    drift = gi.run_scene(gi.load_scene(name).changed(time={"t_end": end})).drift
-    kept = {"K", "momentum", "orthogonality", "spatial-momentum", "rolling", "vertical"}
-    for quantity in kept & set(drift):
-        assert drift[quantity].max_abs_error < 2e-14, quantity
-    assert drift["contact-1"].max_abs_error > 1.0
-
-
 def test_moments_make_vectors():
     """With moments, k is a vector; with the same operator as a diagonal, the flat triangle."""
     gamma, p = random_tangent(3)

@@ -67,23 +67,12 @@ LABELS = (
 # fmt: on
 
 # Of theorems and remarks without a label: where the claims about them are.
-UNLABELLED = [
-    "theorem:ro",
-    "theorem:lagrange",
-    "remark:rubber",
-    "remark:physical",
-    "remark:lagrange",
-    "remark:lagrange:J",
-    "remark:densities",
-    "remark:densities:3",
-    "remark:hochgerner",
-    "remark:FeJo",
-    "remark:operators",
-    "remark:operators:tr1",
-    "remark:right-invariance",
-    "remark:not-noether",
-    "remark:last",
-]
+UNLABELLED = {
+    *("theorem:ro", "theorem:lagrange", "remark:rubber", "remark:physical", "remark:lagrange"),
+    *("remark:lagrange:J", "remark:densities", "remark:densities:3", "remark:hochgerner"),
+    *("remark:FeJo", "remark:operators", "remark:operators:tr1", "remark:right-invariance"),
+    *("remark:not-noether", "remark:last"),
+}
 
 
 @pytest.fixture(scope="module")
@@ -199,12 +188,6 @@ def test_a_planted_misprint_is_caught(label):
         uncorrected, check=functools.partial(misprinted.check, amended=False)
     )
     assert evaluate(broken, points).verdict == "unexplained"
-
-
-def test_a_planted_wrong_correction_is_caught():
-    claim = CLAIM["extended2"]
-    wrong = dataclasses.replace(claim, check=lambda point, amended: claim.check(point, False))
-    assert evaluate(wrong, [sample(4, 0)]).verdict == "unexplained"
 
 
 def invoke(*words):
