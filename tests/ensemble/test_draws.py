@@ -109,11 +109,7 @@ UNIFORM: dict[str, Any] = {
         lambda y: [turned(20.0 * (y @ [-0.8, 0.6]), y @ [0.6, 0.8])],
     ),
     # A circle in (u, y − u²), of the same areas: normals there meet other parts of it.
-    "a bent level": (
-        BENT,
-        {"at": [0.0, 1.0]},
-        lambda y: [turned(y[:, 1] - y[:, 0] ** 2, y[:, 0])],
-    ),
+    "a bent level": (BENT, {"at": [0.0, 1.0]}, lambda y: [turned(y[:, 1] - y[:, 0] ** 2, y[:, 0])]),
     # Equal moments: γ₁ has the marginal of a uniform direction.
     "another dimension": (
         SPHERE,

@@ -15,7 +15,12 @@ import geomint as gi
 from geomint.kernels.compiling import sending
 from tests.problems import examples
 
-SCENES = gi.scene_names()
+NAMES = gi.scene_names()
+# What is there for n = 3 too is sent at night.
+SCENES = [
+    pytest.param(x, marks=[pytest.mark.nightly] * (x[:-1] + "3" in NAMES and x[-1] != "3"))
+    for x in NAMES
+]
 TEST_PROBLEMS = {problem.name: (problem, y0) for problem, y0 in examples()}
 
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.nojit
 SPACES = [
     gi.Euclidean(1),
     gi.Euclidean(4, "v", turned=True),
-    *(space(n) for n in (2, 3, 5, 7) for space in (gi.Sphere, gi.TangentSphere, gi.Skew)),
+    *(space(n) for n in (2, 3, 5) for space in (gi.Sphere, gi.TangentSphere, gi.Skew)),
     *(gi.Rotations(n) for n in (2, 3, 4)),
     gi.RigidMotions(3),
     *(
