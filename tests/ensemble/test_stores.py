@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import json
+import math
 import shutil
 import sys
 from collections.abc import Callable
@@ -191,14 +192,39 @@ def test_blocks_under_way_are_few(tmp_path: Path, counted: list[int]) -> None:
 # --- other ensembles ------------------------------------------------------------------------------
 
 
-def steep(by: float) -> gi.Reading:
-    class Steep(gi.Reading):
-        name = "steep"
+class Held(gi.Reading):
+    """A reading of one's own that holds a value."""
 
-        def read(self, ran: Any) -> Any:
-            return by * ran.found.y[:, -1, 0]
+    name = "held"
 
-    return Steep()
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def read(self, ran: Any) -> Any:
+        return np.ones(len(ran))
+
+
+def named(k: int) -> Any:
+    function = lambda x: k * x  # noqa: E731
+    function.__module__ = "numpy"
+    return function
+
+
+# By k, and for the same k in two ways.
+HELD: dict[str, Callable[[int, bool], Any]] = {
+    "code": lambda k, again: eval(f"lambda x: {k} * x"),
+    "closure": lambda k, again: lambda x: k * x,
+    "closure of a library's": lambda k, again: named(k),
+    "number": lambda k, again: 1.5 + k if again else np.float64(1.5 + k),
+    "set": lambda k, again: set((8 + k, 0)[:: -1 if again else 1]),
+    "kind": lambda k, again: ([[0]], ([0],))[k],
+    "found by its name": lambda k, again: (np.sin, np.cos)[k],
+    "module": lambda k, again: (np, math)[k],
+    "property": lambda k, again: type("Own", (), {"f": property(lambda own: k)}),
+    "static": lambda k, again: type("Own", (), {"f": staticmethod((abs, max)[k])}),
+    "base": lambda k, again: type("Own", ((Path, list)[k],), {}),
+    "class": lambda k, again: type(f"Own{k}", (), {}),
+}
 
 
 OTHERS: list[tuple[dict[str, Any], str]] = [
@@ -241,12 +267,19 @@ def test_another_ensemble_is_told_and_left_alone(
     assert before == files(out)
 
 
-def test_a_reading_whose_code_has_changed(tmp_path: Path) -> None:
-    run: dict[str, Any] = {**RUN, "t_end": 0.5, "out": tmp_path / "a"}
-    for _ in range(2):
-        gi.solve_ensemble(HENON, STATES[:3], **run, readings=steep(2.0))
-    with pytest.raises(gi.OutputError, match="readings"):
-        gi.solve_ensemble(HENON, STATES[:3], **run, readings=steep(3.0))
+def test_a_reading_that_has_changed(tmp_path: Path) -> None:
+    """In one of the values that it holds; made anew it is the same."""
+
+    def run(again: bool, other: str = "") -> None:
+        held = Held({what: make(what == other, again) for what, make in HELD.items()})
+        asked = {**RUN, "t_end": 0.5, "readings": held}
+        gi.solve_ensemble(HENON, STATES[:1], **asked, out=tmp_path / "a")
+
+    run(False)
+    run(True)
+    for other in HELD:
+        with pytest.raises(gi.OutputError, match="readings"):
+            run(True, other)
 
 
 def test_parameters_of_members(tmp_path: Path) -> None:
