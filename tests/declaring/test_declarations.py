@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.compare.runs import compare
 from geomint.problems.declaration import FEW, check_problem
 from geomint.problems.evaluate import rates_of
 
@@ -455,14 +454,6 @@ def test_derivatives_are_those_of_their_state() -> None:
     assert gi.derivative(timed, y, 2.0)[0] == 2.5
     other = dataclasses.replace(timed, params=[2.0], field=gi.field(oscillator))
     np.testing.assert_array_equal(gi.derivative(other, y), [0.5, -2.0])
-
-
-def test_comparisons() -> None:
-    """Which ask for references, in double-double arithmetic too."""
-    problem = field("out[0] = y[-1]")
-    model = gi.Model({"own": problem}, {"own": np.array(Y2)})
-    with pytest.raises(gi.DeclarationError, match="row -1 of y"):
-        compare(model, {"tau_end": 1.0}, ["rk-4"])
 
 
 @pytest.mark.parametrize(

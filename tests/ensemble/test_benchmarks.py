@@ -49,13 +49,9 @@ def test_exponents_of_random_walks(name: str, scripts: dict[str, ModuleType]) ->
     b, error = scripts["brouwer_fit"].exponent(STEPS, series[STEPS.astype(int) - 1])
     assert 0.0 < error < 0.06
     assert abs(b - right) < 4.0 * error + 0.02
-
-
-def test_the_common_part_tells_a_bias(scripts: dict[str, ModuleType]) -> None:
-    noise = np.random.default_rng(1).normal(size=(1, 64))
-    common = scripts["brouwer_fit"].common_part
-    assert abs(common(noise)[0]) < 0.4
-    assert common(3.0 + 0.1 * noise)[0] > 0.99
+    common = scripts["brouwer_fit"].common_part  # which tells a bias
+    assert abs(common(noise[:1])[0]) < 0.4
+    assert common(3.0 + 0.1 * noise[:1])[0] > 0.99
 
 
 def test_chosen_digits_meet_the_conditions(scripts: dict[str, ModuleType]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import pickle
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -231,8 +230,3 @@ def test_a_step_longer_than_the_run_is_told_once(begin: float) -> None:
     with pytest.warns(gi.GeomintWarning, match="longer than the run") as told:
         gi.solve_ensemble(HENON, 0.1 * np.eye(4), **run)
     assert len(told) == 1
-
-
-def test_an_error_travels() -> None:
-    error = gi.EnsembleError("workers have ended")
-    assert str(pickle.loads(pickle.dumps(error))) == "workers have ended"
