@@ -25,7 +25,7 @@ from geomint.run.ensemble import spread
 from geomint.run.ensemble.store import store
 
 HENON = henon_heiles.problem()
-STATES = np.random.default_rng(1).uniform(-0.2, 0.2, (70, 4))
+STATES = np.random.default_rng(1).uniform(-0.2, 0.2, (40, 4))
 STATES[7] = [0.0, 40.0, 0.0, 60.0]  # escapes
 RUN: dict[str, Any] = {"t_end": 6.0, "method": "rk-4", "step": 0.05, "save_every": 10}
 KINDS: dict[str, dict[str, Any]] = {
@@ -48,6 +48,12 @@ def in_memory(kind: str) -> gi.Ensemble:
 
 def on_disk(kind: str, out: Any, **more: Any) -> gi.Ensemble:
     return gi.solve_ensemble(HENON, STATES, **{**RUN, **KINDS[kind], **more}, out=out)
+
+
+@pytest.fixture(autouse=True)
+def few_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spread, "EACH_STREAMED", 4)
+    monkeypatch.setattr(spread, "LEAST", 16)
 
 
 @pytest.fixture
@@ -206,7 +212,7 @@ HELD: dict[str, Callable[[int, bool], Any]] = {
 
 OTHERS: list[tuple[dict[str, Any], str]] = [
     ({"states": STATES + 1e-16}, "states"),
-    ({"states": STATES[:9]}, "70 there, 9 asked for"),
+    ({"states": STATES[:9]}, "40 there, 9 asked for"),
     ({"problems": replace(HENON, name="other")}, "henon-heiles there, other asked for"),
     ({"problems": replace(HENON, invariants={})}, "functions of the problem"),
     ({"step": 0.1}, r"step \(0.05 there, 0.1 asked for\)"),
@@ -345,6 +351,7 @@ def test_a_writer_is_alone(tmp_path: Path, counted: list[int], monkeypatch: Any)
         written.append(1)
 
     monkeypatch.setattr(store.Store, "take", slow)
+    monkeypatch.setattr(spread, "AHEAD", 1)
     with Pool(2) as pool:
         assert on_disk("states", out, executor=pool, workers=2).status[0] == "success"
     assert len(written) > 2 * spread.AHEAD * 2
