@@ -247,9 +247,9 @@ def test_balls_of_any_momentum():
             np.testing.assert_allclose(z[3:], gamma, rtol=0, atol=1e-12)
 
 
-def assert_integrated(problem, y, t):
+def assert_integrated(problem, y, t, step=0.02):
     exact = problem.exact(y)
-    run = gi.solve(problem, y, t_end=t, step=0.02, method="dop853", progress=False)
+    run = gi.solve(problem, y, t_end=t, step=step, method="dop853", progress=False)
     tau = exact.tau(t)
     allowed = float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
     assert relative(exact(t), run.y[-1]) < allowed
@@ -282,6 +282,19 @@ def test_nearly_equal_moments_of_the_body(f1):
         assert exact.condition < 300.0
         assert exact.longest > 1e12
         assert_integrated(problem, y, 3.0)
+
+
+def test_large_constants():
+    """f₁ ≫ |k⃗|: right up to the estimate, or refused."""
+    for f1 in (10.0, 100.0, 1e4):
+        problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(f1)
+        y = problem.random_state(3)
+        if f1 > 1e3:
+            with pytest.raises(gi.DomainError):
+                problem.exact(y)
+            continue
+        turn = 1.0 / np.max(np.abs(problem.exact(y).mean_frequencies))
+        assert_integrated(problem, y, 30 * turn, 0.02 * turn)
 
 
 def test_a_torus_that_misses_its_state_is_refused(monkeypatch):
