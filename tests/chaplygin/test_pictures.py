@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import chaplygin as ch
 import geomint as gi
 from chaplygin.pictures.diagrams import draw_bifurcations, draw_rotation_numbers
-from chaplygin.pictures.motion import draw_vertical, motion_figure
+from chaplygin.pictures.motion import TURNS, draw_vertical, motion_figure
 from geomint.cli import main
 from tests.chaplygin.exact_support import problem_of
 
@@ -35,6 +35,9 @@ def test_the_vertical_stays_within_its_curves(path):
         points = np.array(line.get_data())
         inside = np.hypot(*points)
         assert np.nanmax(inside, initial=0.0) < 1.0 + 1e-12
+    (trace,) = next(a for a in figure.axes if a.get_title().startswith("contact point")).lines
+    end = 2 * np.pi * TURNS / np.max(np.abs(path.exact.mean_frequencies))
+    np.testing.assert_allclose(trace.get_xydata()[-1], path.contact(end) - end * path.drift)
 
 
 def test_figures_of_all_kinds_of_tori():
