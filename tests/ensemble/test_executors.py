@@ -47,11 +47,7 @@ class Odd(Executor):
 
     def submit(self, function, /, *given, **named) -> Future:
         self._left -= 1
-        if self._left < 0:
-            return self._answer()
-        future: Future = Future()
-        future.set_result(function(*given, **named))
-        return future
+        return self._answer() if self._left < 0 else answered(function(*given, **named))
 
 
 def raising(error: BaseException) -> Future:

@@ -92,14 +92,12 @@ def test_members_that_an_event_ends_have_no_part_in_it(times: Any) -> None:
 
 
 def test_pictures() -> None:
-    many = gi.solve_ensemble(HENON, STATES, t_end=50.0, step=0.05, method="rk-4", readings=READ)
-    figure = many.growth("energy").plot()
+    run: dict[str, Any] = {"t_end": 50.0, "step": 0.05, "method": "rk-4", "readings": READ}
+    figure = gi.solve_ensemble(HENON, STATES, **run).growth("energy").plot()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[0] == "5% to 95% of the members"
     assert labels[-1].startswith("t^b, b = 0.81 ±")
     assert figure.axes[0].get_xlabel().startswith("t")
-    still = gi.solve_ensemble(
-        HENON, np.zeros((9, 4)), t_end=50.0, step=0.05, method="rk-4", readings=READ
-    ).growth("energy")
+    still = gi.solve_ensemble(HENON, np.zeros((9, 4)), **run).growth("energy")
     assert still.drift_class == "roundoff"
     assert still.plot().axes[0].texts[0].get_text() == "exactly 0 throughout"

@@ -167,8 +167,7 @@ def test_of_a_member_that_fails_nothing_is_read() -> None:
     """Nor is what one's own says of it looked at."""
     said = np.ones(3)
     asked = ["final:x", "drift:x", Own(lambda ran: said[: len(ran)])]
-    states = np.array([[0.1], [3.0], [0.2]])
-    many = gi.solve_ensemble(BURSTING, states, **BURST, readings=asked)
+    many = gi.solve_ensemble(BURSTING, [[0.1], [3.0], [0.2]], **BURST, readings=asked)
     assert list(many.status) == ["success", "failed", "success"]
     for values in many.readings.values():
         assert list(np.isnan(values)) == [False, True, False]
@@ -178,7 +177,7 @@ def test_of_a_member_that_fails_nothing_is_read() -> None:
 @pytest.mark.parametrize("kind", ["drift", "lowest", "highest", "mean", "windows"])
 def test_what_is_no_number_at_a_state_has_no_extremes(kind: str) -> None:
     """Of the root of what becomes negative: neither its largest value until then, nor any other."""
-    states = np.array([[0.1], [0.25], [0.35]])  # never; on the way; from the first state on
+    states = [[0.1], [0.25], [0.35]]  # never; on the way; from the first state on
     found = gi.solve_ensemble(BURSTING, states, **BURST, readings=f"{kind}:left").readings
     finite = np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)
     assert finite.tolist() == [True, False, False]

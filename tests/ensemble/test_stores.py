@@ -392,9 +392,6 @@ LAYOUTS: dict[str, Callable[[Path], None]] = {
     "gathered": lambda out: _changed(out / "zarr.json", _gathered),
     "format": lambda out: _changed(out / "y" / "zarr.json", lambda t: t.update(zarr_format=2)),
     "codec": lambda out: _changed(out / "y" / "zarr.json", lambda t: t["codecs"].append(PICKLE)),
-    "words": lambda out: _changed(
-        out / "y" / "zarr.json", lambda told: told.update(codecs=["numcodecs.pickle"])
-    ),
     "bytes": lambda out: _changed(
         out / "status" / "zarr.json", lambda told: told.update(data_type="variable_length_bytes")
     ),
