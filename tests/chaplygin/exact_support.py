@@ -1,6 +1,7 @@
 """Motions for the tests of the exact flow: every pattern of equal a_i, special states."""
 
 import numpy as np
+import pytest
 
 import chaplygin as ch
 from tests.chaplygin.support import rng_for
@@ -22,6 +23,11 @@ PATTERNS = {
     "circle-2": (2,),
     "circle-4": (4,),
 }
+# In the fast row those of few dimensions, which are of all kinds.
+LATE = ("6", "7", "two-triples", "pair-of-five")
+patterns = pytest.mark.parametrize(
+    "pattern", [pytest.param(x, marks=[pytest.mark.nightly] * (x in LATE)) for x in PATTERNS]
+)
 # Of a derivative by a central difference of order 8.
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 TAU_AND_T = ("sphere-tau", "sphere-t", "body-tau", "body-t")

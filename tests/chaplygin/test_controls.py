@@ -55,7 +55,7 @@ def test_every_ball_in_three_dimensions(kind):
     assert max(defects.closedness, defects.measure) < ZERO
 
 
-@pytest.mark.parametrize("n", [4, 5])
+@pytest.mark.parametrize("n", [4, pytest.param(5, marks=pytest.mark.nightly)])
 def test_controls(n):
     """The special operator with momentum, and a rigid body without: no multiplier removes dw."""
     inertia, (gamma, p) = random_special(n), random_tangent(n)

@@ -21,7 +21,7 @@ def problem_of(f1, seed, equal=0):
 @pytest.mark.parametrize(
     ("f1", "equal"), [(None, 0), (0.0, 0), (0.4, 2), (-1.3, 3), (3.0, 0), (-0.4, 0)]
 )
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [1, pytest.param(0, marks=pytest.mark.nightly)])
 def test_it_is_the_motion(f1, equal, seed):
     """Against integration in physical time, both ways; as a flow; what is kept, at t = 10⁹."""
     problem = problem_of(f1, seed, equal)
@@ -45,36 +45,6 @@ def test_it_is_the_motion(f1, equal, seed):
     np.testing.assert_allclose(moved, 0, atol=1e-11)
 
 
-def test_without_area_constant_it_is_the_reduced_problem():
-    body = random_body(3, 1)
-    vectors, reduced = body.classical(), body.reduced()
-    y = vectors.random_state(3)
-    one, other = vectors.exact(y), reduced.exact(ch.converted(y, vectors, reduced))
-    for t in (0.7, -33.0, 1e4):
-        expected = ch.converted(other(t), reduced, vectors)
-        np.testing.assert_allclose(one(t), expected, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(
-        np.sort(np.abs(one.mean_frequencies)), np.sort(np.abs(other.mean_frequencies)), rtol=1e-12
-    )
-
-
-def test_large_constants():
-    """f₁ ≫ |k⃗|: right up to the estimate, or refused."""
-    for f1 in (10.0, 100.0):
-        problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(f1)
-        y = problem.random_state(3)
-        exact = problem.exact(y)
-        turn = 1.0 / np.max(np.abs(exact.mean_frequencies))
-        run = gi.solve(
-            problem, y, t_end=30 * turn, step=0.02 * turn, method="dop853", progress=False
-        )
-        off = np.max(np.abs(exact(run.t[-1]) - run.y[-1])[3:])
-        assert off < float(exact.phase_error(exact.tau(run.t[-1])))
-    problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(1e4)
-    with pytest.raises(gi.DomainError):
-        problem.exact(problem.random_state(3))
-
-
 def test_all_but_parallel_vectors_are_refused():
     problem = ch.ChaplyginSphere(inertia=random_special(3, 1)).classical()
     gamma = np.array([0.48, 0.6, 0.64])
@@ -85,15 +55,11 @@ def test_all_but_parallel_vectors_are_refused():
         problem_of(0.5, 1).exact([0.0, 0.0, 0.5, 0.0, 0.0, 1.0])
 
 
-@pytest.mark.parametrize("momentum", [True, False])
-def test_attitude_and_contact_point(momentum):
-    """Against the reconstruction that is integrated, (k, γ, g, r), with and without area constant."""
+def test_attitude_and_contact_point():
+    """Against the reconstruction that is integrated, (k, γ, g, r)."""
     sphere, rho = ch.ChaplyginSphere(inertia=random_special(3, 1)), 0.7
     contact, classical = sphere.contact(rho=rho), sphere.classical()
     y = contact.random_state(4)
-    if not momentum:
-        g = y[6:15].reshape(3, 3)
-        y = contact.state(g=g, p=np.cross(g[2], [0.3, -0.8, 0.5]), r=y[15:])
     start = ch.converted(y, contact, classical)
     path = ch.ContactPath(classical.exact(start), rho, y[6:15], y[15:])
     np.testing.assert_allclose(path.attitude(0.0), y[6:15].reshape(3, 3), atol=1e-13)

@@ -86,11 +86,11 @@ def test_what_ends_a_motion(problem: gi.Problem) -> None:
         "any": "gamma[2]",
         "p": f"{problem.pieces[1][0]}[1]",
     }
-    whole = gi.solve(problem, y0, t_end=300.0, method="exact", events=looked)
-    for number in (1, 2, 5):
+    whole = gi.solve(problem, y0, t_end=120.0, method="exact", events=looked)
+    for number in (1, 3):
         ending = {**looked, "up": gi.Event("gamma[2]", "up", number)}
-        times = np.linspace(0.0, 300.0, 61)
-        sol = gi.solve(problem, y0, t_end=300.0, method="exact", events=ending, t_eval=times)
+        times = np.linspace(0.0, 120.0, 25)
+        sol = gi.solve(problem, y0, t_end=120.0, method="exact", events=ending, t_eval=times)
         end = float(whole.events["up"].t[number - 1])
         assert sol.message == "ended by the event 'up'"
         assert len(sol.events["up"]) == number
@@ -98,9 +98,9 @@ def test_what_ends_a_motion(problem: gi.Problem) -> None:
         for name, met in sol.events.items():
             known = whole.events[name].t[whole.events[name].t <= end]
             np.testing.assert_array_equal(met.t, known)
-        last = gi.solve(problem, y0, t_end=300.0, method="exact", events=ending)
+        last = gi.solve(problem, y0, t_end=120.0, method="exact", events=ending)
         np.testing.assert_array_equal(last.y, whole.events["up"].y[number - 1 : number])
-        on = gi.solve(sol, t_end=300.0, events=looked)
+        on = gi.solve(sol, t_end=120.0, events=looked)
         for name, met in on.events.items():
             both = np.concatenate([sol.events[name].t, met.t])
             np.testing.assert_allclose(both, whole.events[name].t, rtol=0, atol=1e-11)
@@ -154,7 +154,7 @@ def test_what_is_no_event() -> None:
     assert sol.events["begun"].t[0] > 0.1
 
 
-@pytest.mark.parametrize("late", [1e5, 1e9, 1e12])
+@pytest.mark.parametrize("late", [1e9, 1e12])
 def test_late_events(late: float) -> None:
     """Nearer to each other than times are spaced there nothing can be told; else as everywhere."""
     far = gi.solve(REDUCED, Y0, t_end=late, method="exact")
@@ -182,7 +182,7 @@ def test_what_ended_a_run_is_not_told_again() -> None:
             given = {"t_end": late + 100.0, "events": event}
             sol = gi.solve(run, **given) if run else gi.solve(REDUCED, Y0, **given, method="exact")
             times = [sol.t[-1]]
-            for _ in range(8):
+            for _ in range(4):
                 sol = gi.solve(sol, **given)
                 times.append(sol.t[-1])
                 assert [len(t) for t in sol.t_events] == [1]
@@ -195,8 +195,8 @@ def test_what_ended_a_run_is_not_told_again() -> None:
 def test_sections_are_those_of_steps() -> None:
     """As many points as are asked for, of several motions, in both times."""
     for problem in (SPHERE, REDUCED):
-        states = [problem.random_state(seed) for seed in range(3)]
-        asked = {"event": gi.Event("gamma[2]", "up"), "points": 30}
+        states = [problem.random_state(seed) for seed in range(2)]
+        asked = {"event": gi.Event("gamma[2]", "up"), "points": 10}
         clock = {"clock": True} if problem.time == "tau" else {}
         exact = gi.poincare_section(problem, states, **asked, **clock, method="exact")
         steps = gi.poincare_section(problem, states, **asked, **clock, step=0.1)
@@ -209,7 +209,7 @@ def test_sections_are_those_of_steps() -> None:
         whole = gi.solve(
             problem, states[1], **own_end(problem, 1e3), method="exact", events=asked["event"]
         )
-        np.testing.assert_array_equal(exact.y[30:60], whole.y_events[0][:30])
+        np.testing.assert_array_equal(exact.y[10:], whole.y_events[0][:10])
 
 
 def test_sections_that_end() -> None:

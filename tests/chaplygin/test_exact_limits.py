@@ -25,22 +25,18 @@ def nearly_equal(gap, group, n):
 def test_nearly_equal_parameters(group, n):
     """To rounding at any gap: the start, a flow, and what is there without a gap."""
     for problems in (lambda a: ch.ChaplyginSphere(a, 4.0), lambda a: ch.Veselova(a, 1.3)):
-        for seed in range(2):
-            last = None
-            for gap in GAPS:
-                problem = problems(nearly_equal(gap, group, n)).hamiltonized()
-                y = problem.random_state(seed)
-                exact = problem.exact(y)
-                np.testing.assert_allclose(exact.at_tau(0.0), y, rtol=0, atol=1e-14)
-                times = np.array([1.0, 10.0, -100.0])
-                found = exact.at_tau(times)
-                there = problem.exact(problem.canonical(found[1])).at_tau(-10.0)
-                allowed = float(exact.phase_error(20.0))
-                assert allowed < 1e-11
-                np.testing.assert_allclose(there, y, rtol=0, atol=allowed)
-                if gap == 1e-14:
-                    last = found
-            np.testing.assert_allclose(last, found, rtol=0, atol=1e-10)
+        found = {}
+        for gap in GAPS:
+            problem = problems(nearly_equal(gap, group, n)).hamiltonized()
+            y = problem.random_state(1)
+            exact = problem.exact(y)
+            np.testing.assert_allclose(exact.at_tau(0.0), y, rtol=0, atol=1e-14)
+            found[gap] = exact.at_tau(np.array([1.0, 10.0, -100.0]))
+            there = problem.exact(problem.canonical(found[gap][1])).at_tau(-10.0)
+            allowed = float(exact.phase_error(20.0))
+            assert allowed < 1e-11
+            np.testing.assert_allclose(there, y, rtol=0, atol=allowed)
+        np.testing.assert_allclose(found[1e-14], found[0.0], rtol=0, atol=1e-10)
 
 
 def relative(found, y):
@@ -145,7 +141,7 @@ def test_states_that_are_off_by_roundings(form):
     problem = FORMS[form](np.array([0.8, 1.1, 1.5]))
     vertical = slice(3, 6) if problem.pieces[0][0] == "k" else slice(0, 3)
     other = slice(3 - vertical.start, 6 - vertical.start)
-    for seed in range(8):
+    for seed in range(4):
         for off in (1e-15, -1e-14, 4e-14):
             y = problem.random_state(seed)
             if vertical.start and np.linalg.norm(np.cross(y[:3], y[3:])) < 0.15:
@@ -163,7 +159,7 @@ def test_states_that_are_off_by_roundings(form):
 def test_balls_that_start_where_others_have_come_to():
     """Restarts, whose |γ| is 1 up to some roundings, at any angle of k and γ."""
     worst = 0.0
-    for seed in range(50):
+    for seed in range(20):
         rng = np.random.default_rng(seed)
         ball = ch.ChaplyginSphere(inertia=rng.uniform(0.6, 1.6, 3), D=rng.uniform(0.2, 2.0))
         problem = ball.classical()
@@ -197,25 +193,6 @@ def test_times_without_a_phase_are_refused():
         ball.exact(ball.random_state(1))(1e300)
 
 
-def test_a_clock_is_refused_once(monkeypatch):
-    """A refusal may have cost seconds: the next calls raise it at once."""
-    calls = []
-
-    def refuse(*given):
-        calls.append(given)
-        raise gi.DomainError("state", 0.0, "a motion that decays")
-
-    monkeypatch.setattr(flow, "product_clock", refuse)
-    problem = problem_of("3", "sphere-tau")
-    exact = problem.exact(problem.random_state(1))
-    for call in (exact.time, exact.tau, exact, exact.time_error, lambda t: exact.mean_frequencies):
-        for _ in range(2):
-            with pytest.raises(gi.DomainError, match="decays"):
-                call(1.0)
-    assert len(calls) == 1
-    assert np.isfinite(exact.at_tau(1.0)).all()
-
-
 @pytest.mark.nightly
 def test_clocks_whose_series_do_not_decay_are_refused():
     """Of a ball next to a separatrix; states at any τ are right nonetheless."""
@@ -230,14 +207,14 @@ def test_a_series_with_gaps():
     """Nearly equal a_i: coefficients that matter beyond others that do not."""
     a = [0.91464134, 0.91464134 + 4.6e-7, 0.91464134 + 1.08e-6, 1.2313585]
     problem = ch.ChaplyginSphere(a, 4.0).hamiltonized()
-    assert max(problem.exact(problem.random_state(s)).clock.edge for s in range(8)) < 1e-13
+    assert max(problem.exact(problem.random_state(s)).clock.edge for s in range(4)) < 1e-13
 
 
 @pytest.mark.parametrize("n", [2, 3, 5])
 def test_states_of_any_size(n):
     """Unequal sizes of everything: the torus goes through its start, or there is none."""
     rng, found = np.random.default_rng(n), 0
-    for count in range(60):
+    for count in range(30):
         a = 10.0 ** rng.uniform(-6, 6, n) if count % 2 else rng.uniform(0.6, 1.6, n)
         gamma, p = rng.normal(size=(2, n)) * 10.0 ** -(
             rng.choice([0, 0, 1, 9, 17, 160, 300], (2, n))
@@ -255,7 +232,7 @@ def test_states_of_any_size(n):
         z, found = exact.at_tau(0.0), found + 1
         np.testing.assert_allclose(z[:n], y[:n], rtol=0, atol=1e-12)
         np.testing.assert_allclose(z[n:], y[n:], rtol=0, atol=1e-12 * np.max(np.abs(y[n:])))
-    assert found > 20
+    assert found > 10
 
 
 def test_balls_of_any_momentum():
@@ -270,26 +247,29 @@ def test_balls_of_any_momentum():
             np.testing.assert_allclose(z[3:], gamma, rtol=0, atol=1e-12)
 
 
+def assert_integrated(problem, y, t, step=0.02):
+    exact = problem.exact(y)
+    run = gi.solve(problem, y, t_end=t, step=step, method="dop853", progress=False)
+    tau = exact.tau(t)
+    allowed = float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
+    assert relative(exact(t), run.y[-1]) < allowed
+
+
 @pytest.mark.parametrize("form", ["ball", pytest.param("body", marks=pytest.mark.nightly)])
 def test_nearly_parallel_vectors_against_integration(form):
     """The start to rounding over the angle, and no error beyond the estimate."""
-    for angle in (0.1, 1e-3):
-        for seed in range(2):
-            rng = np.random.default_rng(seed)
-            inertia = rng.uniform(0.6, 1.6, 3)
-            gamma, across = np.linalg.qr(rng.normal(size=(3, 2)))[0].T
-            k = gamma + angle * across
-            if form == "ball":
-                problem = ch.ChaplyginSphere(inertia=inertia, D=1.0).classical()
-            else:
-                problem = ch.Veselova(inertia, 1.3).classical(1.0)
-            y = np.r_[k, gamma]
-            exact = problem.exact(y)
-            assert relative(exact.at_tau(0.0), y) < 3e-15 / angle
-            run = gi.solve(problem, y, t_end=2.0, step=0.02, method="dop853", progress=False)
-            off = relative(exact(2.0), run.y[-1])
-            tau = exact.tau(2.0)
-            assert off < float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
+    for seed, angle in enumerate((0.1, 1e-3)):
+        rng = np.random.default_rng(seed)
+        inertia = rng.uniform(0.6, 1.6, 3)
+        gamma, across = np.linalg.qr(rng.normal(size=(3, 2)))[0].T
+        if form == "ball":
+            problem = ch.ChaplyginSphere(inertia=inertia, D=1.0).classical()
+        else:
+            problem = ch.Veselova(inertia, 1.3).classical(1.0)
+        y = np.r_[gamma + angle * across, gamma]
+        exact = problem.exact(y)
+        assert relative(exact.at_tau(0.0), y) < 3e-15 / angle
+        assert_integrated(problem, y, 2.0)
 
 
 @pytest.mark.parametrize("f1", [0.0, 0.3, 3.0])
@@ -297,15 +277,24 @@ def test_nearly_equal_moments_of_the_body(f1):
     """Two flows on its torus are nearly one, and which it is hardly matters then."""
     for gap in (1e-2, 1e-6, 1e-10, 1e-12, 1e-14, ULP, 0.0):
         problem = ch.Veselova(1.0 + gap * np.arange(3), 1.0).classical(f1)
-        for seed in range(4):
-            y = problem.random_state(seed)
-            exact = problem.exact(y)
-            assert exact.condition < 300.0
-            assert exact.longest > 1e12
-            run = gi.solve(problem, y, t_end=3.0, step=0.02, method="dop853", progress=False)
-            tau = exact.tau(3.0)
-            allowed = float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
-            assert relative(exact(3.0), run.y[-1]) < allowed
+        y = problem.random_state(1)
+        exact = problem.exact(y)
+        assert exact.condition < 300.0
+        assert exact.longest > 1e12
+        assert_integrated(problem, y, 3.0)
+
+
+def test_large_constants():
+    """f₁ ≫ |k⃗|: right up to the estimate, or refused."""
+    for f1 in (10.0, 100.0, 1e4):
+        problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(f1)
+        y = problem.random_state(3)
+        if f1 > 1e3:
+            with pytest.raises(gi.DomainError):
+                problem.exact(y)
+            continue
+        turn = 1.0 / np.max(np.abs(problem.exact(y).mean_frequencies))
+        assert_integrated(problem, y, 30 * turn, 0.02 * turn)
 
 
 def test_a_torus_that_misses_its_state_is_refused(monkeypatch):

@@ -180,21 +180,6 @@ def test_quantities_at_the_times_asked_for() -> None:
         gi.solve(SPHERE, Y0, t_end=1.0, method="exact", observe="all")
 
 
-def test_a_watcher_that_fails() -> None:
-    class Failing(gi.Watcher):
-        """Has no values."""
-
-        def begin(self, run: Any) -> float:
-            return 0.0
-
-        def values(self, times: Any, states: Any, lengths: Any) -> Any:
-            raise ValueError("none")
-
-    with pytest.raises(gi.WatcherError) as caught:
-        gi.solve(SPHERE, Y0, t_end=1.0, t_eval=[0.5], method="exact", observe={"x": Failing()})
-    np.testing.assert_array_equal(caught.value.partial.t, [0.5])
-
-
 def test_times_after_the_end_are_told() -> None:
     with pytest.warns(gi.GeomintWarning, match="before 1 of the times in t_eval") as told:
         sol = gi.solve(SPHERE, Y0, tau_end=1.0, t_eval=[1.0, 9.0], method="exact")

@@ -18,7 +18,7 @@ def test_along_the_exact_flow(n):
     t = np.linspace(0.0, -30 * turn, 1200)
     upright = pieces(contact, ch.converted(exact(0.0), reduced, contact))["g"].reshape(n, n)
     g0 = np.eye(n)
-    g0[:-1, :-1] = random_rotation(n - 1)  # about the vertical
+    g0[:-1, :-1] = random_rotation(n - 1) if n > 2 else 1.0  # about the vertical
     path = ch.rolled_path(contact, reduced, t, exact(t), g0 @ upright, np.arange(n - 1.0))
     np.testing.assert_allclose(path.attitude[0], g0 @ upright, atol=1e-15)
     assert path.error < 1e-12
@@ -42,7 +42,7 @@ def test_the_reaction_along_the_exact_motion(momentum):
         y[:3] -= (y[:3] @ y[3:]) * y[3:]
     exact = classical.exact(y)
     path = ch.ContactPath(exact, 0.7)
-    t = np.linspace(0.0, 5.0, 500)
+    t = np.linspace(0.0, 2.0, 200)
     start = pieces(contact, path.state(0.0))
     ball = sphere.ball()
     triangles = [ch.converted(z, classical, ball) for z in exact(t)]
@@ -65,7 +65,7 @@ def test_the_geometric_phase_is_the_area_gone_round():
     probe = reduced.state(gamma=[1.0, 0.0, 0.0], p=[0.0, 1.0, 0.0])
     speed = gi.derivative(reduced, probe)[1]  # γ̇ = speed · p
     t = np.linspace(0.0, 2 * np.pi, 600)
-    for height in (0.0, 0.3, -0.8):
+    for height in (0.0, -0.8):
         radius = np.sqrt(1 - height**2)
         gamma = np.stack([radius * np.cos(t), radius * np.sin(t), np.full_like(t, height)], -1)
         rate = radius * np.stack([-np.sin(t), np.cos(t), 0 * t], -1)

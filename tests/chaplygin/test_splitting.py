@@ -193,18 +193,6 @@ def test_compiled_steps_have_the_bits_of_plain_python():
         np.testing.assert_array_equal(*ends)
 
 
-@pytest.mark.nightly
-@pytest.mark.filterwarnings("ignore:.*steps of .* are so long:geomint.GeomintWarning")
-def test_lanes_have_the_bits_of_plain_python():
-    """Also those in which only some dilations are large."""
-    starts = np.array([np.append(Y0[:3], Y0[3:] * 0.5 * k) for k in range(1, 9)])
-    run = {"tau_end": 1.2, "step": 0.4, "method": "verlet-2", "clock": False}
-    together = gi.solve_ensemble(SPHERE, starts, **run)
-    for y0, end in zip(starts, together.y, strict=True):
-        alone = gi.solve(SPHERE, y0, **run, compiled=False).y[-1]
-        np.testing.assert_array_equal(np.reshape(end, (-1, 6))[-1], alone)
-
-
 @pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 def test_a_step_far_too_large():
     """The flows exist for any time: a bad answer on the manifold, or a typed error."""

@@ -164,7 +164,7 @@ def test_any_direction_and_any_scale(gamma, p, size, scale):
 
 
 @given(
-    st.lists(st.one_of(st.floats(), st.none(), st.text(max_size=2)), max_size=5),
+    st.lists(st.one_of(st.floats(), st.sampled_from([None, "", "a", "1"])), max_size=5),
     st.lists(st.one_of(st.floats(), st.integers()), max_size=5),
 )
 @examples(20)
@@ -310,17 +310,6 @@ def test_mass_and_radius():
     ):
         with pytest.raises(gi.DomainError, match=text):
             make()
-
-
-@given(dimensions, seeds)
-def test_homogeneous_balls_roll_straight_without_reaction(n, seed):
-    sphere = ch.ChaplyginSphere.homogeneous(n, 0.9, 1.7 * RHO * RHO)
-    for problem in (sphere.rolling(1.7, RHO), sphere.contact(1.7, RHO)):
-        y = problem.random_state(seed)
-        assert support.value_of(problem, "reaction", y) < 1e-12
-        if "v" in problem.slices:
-            rates = support.pieces(problem, gi.derivative(problem, y))
-            close([*rates["v"], *rates["omega"]], 0.0, 100)
 
 
 # --- levels, geodesics ----------------------------------------------------------------------------

@@ -146,17 +146,6 @@ def test_balls_on_the_plane():
         build("rolling-ball", parameters, turning | {"v": [0.0, 0.0, 0.0]})
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize(("name", "end"), [("rolling-ball-n3", 50.0), ("rolling-ball-n4", 20.0)])
-def test_scenes_run(name, end):
-    """What is to be kept is kept, and the ball gets somewhere."""
-    drift = gi.run_scene(gi.load_scene(name).changed(time={"t_end": end})).drift
-    kept = {"K", "momentum", "orthogonality", "spatial-momentum", "rolling", "vertical"}
-    for quantity in kept & set(drift):
-        assert drift[quantity].max_abs_error < 2e-14, quantity
-    assert drift["contact-1"].max_abs_error > 1.0
-
-
 def test_moments_make_vectors():
     """With moments, k is a vector; with the same operator as a diagonal, the flat triangle."""
     gamma, p = random_tangent(3)
@@ -175,31 +164,26 @@ def test_moments_make_vectors():
 
 
 @pytest.mark.parametrize(
-    ("name", "parameters", "initial"),
-    [
-        ("chaplygin-sphere-reduced", A3 | {"b": 1.0}, G3 | P3),
-        ("chaplygin-sphere-hamiltonized", {"a": [1.0, 2.0]}, G3 | P3),
-        ("chaplygin-sphere-reduced", {"a": ["1", "2"], "D": 3.0}, G3 | P3),
-        ("chaplygin-sphere-reduced", {"a": [True, 2.0], "D": 3.0}, G3 | P3),
-        ("chaplygin-sphere-reduced", {"a": [1.0, float("nan")], "D": 3.0}, G3 | P3),
-        ("chaplygin-sphere-reduced", A3, P3),
-        ("chaplygin-sphere-reduced", A3, G3 | P3 | {"x": [1.0]}),
-        ("homogeneous-ball", {"n": 1, "s": 1.0, "D": 1.0}, G3 | P3),
-        ("homogeneous-ball", {"n": 3.0, "s": 1.0, "D": 1.0}, G3 | P3),
-        ("veselova", A3, G3 | {"omega": [1.0, 2.0, 3.0]}),
-        ("veselova", {"a": A3["a"], "f1": "0"}, G3 | P3),
-        ("ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6]}),
-        ("rolling-ball", ROLLING | {"attitude": True}, G3 | P3),
-    ],
-)
-def test_bad_keys_and_types(name, parameters, initial):
-    with pytest.raises(pydantic.ValidationError):
-        build(name, parameters, initial)
-
-
-@pytest.mark.parametrize(
     ("name", "parameters", "initial", "text"),
     [
+        ("chaplygin-sphere-reduced", A3 | {"b": 1.0}, G3 | P3, "validation error"),
+        ("chaplygin-sphere-hamiltonized", {"a": [1.0, 2.0]}, G3 | P3, "validation error"),
+        ("chaplygin-sphere-reduced", {"a": ["1", "2"], "D": 3.0}, G3 | P3, "validation error"),
+        ("chaplygin-sphere-reduced", {"a": [True, 2.0], "D": 3.0}, G3 | P3, "validation error"),
+        (
+            "chaplygin-sphere-reduced",
+            {"a": [1.0, float("nan")], "D": 3.0},
+            G3 | P3,
+            "validation error",
+        ),
+        ("chaplygin-sphere-reduced", A3, P3, "validation error"),
+        ("chaplygin-sphere-reduced", A3, G3 | P3 | {"x": [1.0]}, "validation error"),
+        ("homogeneous-ball", {"n": 1, "s": 1.0, "D": 1.0}, G3 | P3, "validation error"),
+        ("homogeneous-ball", {"n": 3.0, "s": 1.0, "D": 1.0}, G3 | P3, "validation error"),
+        ("veselova", A3, G3 | {"omega": [1.0, 2.0, 3.0]}, "validation error"),
+        ("veselova", {"a": A3["a"], "f1": "0"}, G3 | P3, "validation error"),
+        ("ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6]}, "validation error"),
+        ("rolling-ball", ROLLING | {"attitude": True}, G3 | P3, "validation error"),
         ("chaplygin-sphere-reduced", {"a": [1.0, 2.0], "D": 2.0}, G3 | P3, r"a\[0\]\*a\[1\] is 2"),
         ("chaplygin-sphere-reduced", A3, G3, "exactly one of"),
         ("chaplygin-sphere-reduced", A3, G3 | P3 | {"k": [1.0]}, "exactly one of"),
@@ -218,6 +202,6 @@ def test_bad_keys_and_types(name, parameters, initial):
         ("ellipsoid", {"a": [1.0, -4.0]}, {"x": [0.6, 1.6], "p": [0.0, 0.0]}, r"a\[1\] is not"),
     ],
 )
-def test_bad_values(name, parameters, initial, text):
-    with pytest.raises(gi.DomainError, match=text):
+def test_bad_keys_types_and_values(name, parameters, initial, text):
+    with pytest.raises((gi.DomainError, pydantic.ValidationError), match=text):
         build(name, parameters, initial)

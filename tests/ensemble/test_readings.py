@@ -32,6 +32,7 @@ PROBLEM = replace(gi.load_scene("hamiltonized-n3").problem, observables={"produc
 STATES = np.array([PROBLEM.random_state(seed) for seed in range(9)])
 HENON = henon_heiles.problem()
 RUN: dict[str, Any] = {"tau_end": 12.0, "method": "rk-4", "step": 0.05}
+BURST: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
 
 
 def series(run: gi.Solution, name: str) -> np.ndarray:
@@ -131,14 +132,23 @@ def test_several_problems_read_their_own_quantities() -> None:
     assert many.readings["final:energy"][0] != many.readings["final:energy"][1]
 
 
-class Turns(gi.Reading):
-    """How often a component changes its sign."""
+class Own(gi.Reading):
+    """A reading of one's own that is what a function says."""
 
-    along = True
-    name = "turns"
+    along, name = True, "own"
+
+    def __init__(self, of: Any, merges: bool = False) -> None:
+        self._of, self.merges = of, merges  # type: ignore[misc]
 
     def read(self, ran: Any) -> Any:
-        return np.count_nonzero(np.diff(np.sign(ran.series("gamma[0]")), axis=1), axis=1)
+        return self._of(ran)
+
+
+def failing(ran: Any) -> Any:
+    """Fail of the members that begin beyond 1."""
+    if (ran.given.states > 1.0).any():
+        raise KeyError("no")
+    return np.ones(len(ran))
 
 
 @gi.field
@@ -153,41 +163,29 @@ BURSTING = gi.Problem(
 )
 
 
-class Always(gi.Reading):
-    """What looks at nothing, and keeps what it says."""
-
-    name, said = "always", np.ones(3)
-
-    def read(self, ran: Any) -> Any:
-        return self.said[: len(ran)]
-
-
 def test_of_a_member_that_fails_nothing_is_read() -> None:
     """Nor is what one's own says of it looked at."""
-    asked = ["final:x", "drift:x", Always()]
-    states = np.array([[0.1], [3.0], [0.2]])
-    many = gi.solve_ensemble(BURSTING, states, t_end=2.0, method="rk-4", step=0.05, readings=asked)
+    said = np.ones(3)
+    asked = ["final:x", "drift:x", Own(lambda ran: said[: len(ran)])]
+    many = gi.solve_ensemble(BURSTING, [[0.1], [3.0], [0.2]], **BURST, readings=asked)
     assert list(many.status) == ["success", "failed", "success"]
     for values in many.readings.values():
         assert list(np.isnan(values)) == [False, True, False]
-    assert Always.said[1] == 1.0
+    assert said[1] == 1.0
 
 
 @pytest.mark.parametrize("kind", ["drift", "lowest", "highest", "mean", "windows"])
 def test_what_is_no_number_at_a_state_has_no_extremes(kind: str) -> None:
     """Of the root of what becomes negative: neither its largest value until then, nor any other."""
-    states = np.array([[0.1], [0.25], [0.35]])  # never; on the way; from the first state on
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
-    found = gi.solve_ensemble(BURSTING, states, **run, readings=f"{kind}:left").readings
+    states = [[0.1], [0.25], [0.35]]  # never; on the way; from the first state on
+    found = gi.solve_ensemble(BURSTING, states, **BURST, readings=f"{kind}:left").readings
     finite = np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)
     assert finite.tolist() == [True, False, False]
 
 
 def test_infinite_values_are_no_warning_of_their_own() -> None:
-    states = np.array([[0.0], [0.1]])
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
     asked = ["drift:far", "highest:far", "windows:far"]
-    found = gi.solve_ensemble(BURSTING, states, **run, readings=asked).readings
+    found = gi.solve_ensemble(BURSTING, [[0.0], [0.1]], **BURST, readings=asked).readings
     assert np.isnan(found["drift:far"][0])
     assert found["highest:far"][0] == np.inf
     assert np.isfinite(found["drift:far"][1])
@@ -207,7 +205,7 @@ def test_late_times_are_even_as_early_ones_are(begin: float) -> None:
 
 @pytest.mark.parametrize("more", [{"save_every": 3}, {"t_eval": [0.5, 1.0]}, {"out": "a.zarr"}])
 def test_too_few_states_for_an_average_are_told(more: dict[str, Any], tmp_path: Path) -> None:
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, **more}
+    run = BURST | more
     if "out" in more:
         run |= {"step": 0.25, "out": tmp_path / "a.zarr"}
     asked = ["mean:x", "final:x", "digits:x"]
@@ -220,73 +218,43 @@ def test_too_few_states_for_an_average_are_told(more: dict[str, Any], tmp_path: 
 def test_a_quantity_that_some_problems_lack_is_told_before() -> None:
     problems = [BURSTING, replace(BURSTING, observables={"far": far})]
     with pytest.raises(gi.DomainError, match="readings = 'left'"):
-        gi.solve_ensemble(problems, [0.1], t_end=2.0, readings="final:left")
+        gi.solve_ensemble(problems, [0.1], **BURST, readings="final:left")
 
 
-class Uneven(gi.Reading):
-    """What has another shape in every block."""
-
-    name = "uneven"
-
-    def __init__(self, axes: int, merges: bool) -> None:
-        self._axes, self.merges = axes, merges  # type: ignore[misc]
-
-    def read(self, ran: Any) -> Any:
-        if self.merges:
-            return np.ones(len(ran))
-        return np.ones((len(ran),) if len(ran) < 64 else (len(ran),) + (1,) * self._axes)
-
-
-@pytest.mark.parametrize("asked", [Uneven(0, True), Uneven(1, False)])
+@pytest.mark.parametrize(
+    "asked",
+    [
+        Own(lambda ran: np.ones(len(ran)), merges=True),
+        Own(lambda ran: np.ones((len(ran),) + (1,) * (len(ran) >= 64))),
+    ],
+)
 @pytest.mark.parametrize("out", [None, "a.zarr"])
 def test_blocks_that_do_not_fit_together(asked: Any, out: Any, tmp_path: Path) -> None:
-    place = None if out is None else tmp_path / out
-    states = np.full((70, 1), 0.1)
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "workers": 1}
-    with pytest.raises(gi.DomainError, match=r"'uneven'.*as of other members"):
-        gi.solve_ensemble(BURSTING, states, **run, readings=asked, out=place)
+    run = BURST | {"workers": 1, "out": None if out is None else tmp_path / out}
+    with pytest.raises(gi.DomainError, match=r"'own'.*as of other members"):
+        gi.solve_ensemble(BURSTING, np.full((70, 1), 0.1), **run, readings=asked)
 
 
 @pytest.mark.parametrize("wanted", [{}, {"events": "x"}])
 def test_states_that_are_not_to_be_kept_are_not(wanted: Any) -> None:
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "save_every": 1}
-    run |= {"states": [[0.1]], "keep_states": False, **wanted}
-    many = gi.solve_ensemble(BURSTING, **run)
+    run = BURST | {"save_every": 1, "keep_states": False, **wanted}
+    many = gi.solve_ensemble(BURSTING, [[0.1]], **run)
     assert many.y.shape == (1, 1, 1)
     assert many.tau[0, 0] == 2.0
-
-
-class Wrong(Turns):
-    def read(self, ran: Any) -> Any:
-        return [1.0] * (len(ran) + 1)
-
-
-class Failing(Turns):
-    def read(self, ran: Any) -> Any:
-        raise KeyError("no")
-
-
-class Late(Turns):
-    """Fails of the members that begin beyond 1."""
-
-    def read(self, ran: Any) -> Any:
-        if (ran.given.states > 1.0).any():
-            raise KeyError("no")
-        return np.ones(len(ran))
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_reading_that_fails_late_loses_nothing_that_is_done(workers: int) -> None:
     states = np.linspace(0.1, 0.2, 640)[:, None].copy()
     states[300] = 1.5
-    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "workers": workers}
+    run = BURST | {"workers": workers}
     with pytest.raises(gi.DomainError, match="KeyError") as caught:
-        gi.solve_ensemble(BURSTING, states, **run, readings=Late())
+        gi.solve_ensemble(BURSTING, states, **run, readings=Own(failing))
     many = caught.value.partial
     done = many.status == "success"
     assert done[:64].all()
     assert not done[300]
-    assert np.isfinite(many.readings["turns"][done]).all()
+    assert np.isfinite(many.readings["own"][done]).all()
     whole = gi.solve_ensemble(BURSTING, states, **run)
     np.testing.assert_array_equal(many.final[done], whole.final[done])
 
@@ -301,46 +269,32 @@ def test_a_reading_that_fails_late_loses_nothing_that_is_done(workers: int) -> N
         (["final:K", "final:K"], "unlike"),
         (7, "readings"),
         ([7], "readings"),
-        (Wrong(), "a row for each"),
-        (Failing(), "KeyError"),
+        (Own(lambda ran: [1.0] * (len(ran) + 1)), "a row for each"),
+        (Own(lambda ran: {}["no"]), "KeyError"),
         (gi.Histogram("energy", [1.0, 1.0]), "rising"),
         (gi.Histogram("energy", "ab"), "edges"),
         (gi.Windows("energy", 0), "count"),
         (gi.Exponents(0), "count"),
         (gi.SectionPoints(["gamma[0]", "gamma[1]"]), "one event"),
+        (("mean:K", {"method": "dop853-adaptive"}), "equal steps"),
+        (("mean:K", {"tau_eval": np.geomspace(0.1, 4.0, 40)}), "equal steps"),
+        (("exponent", {"tau_end": None, "t_end": 4.0}), "tau_end"),
+        ((gi.SectionPoints("gamma[2]", 3), {"tau_end": -5.0}), "tau_end = "),
+        ((gi.SectionPoints("gamma[2]", 3), {"t0": 3.0}), "t0 = "),
     ],
 )
 def test_what_cannot_be_read(asked: Any, said: str) -> None:
-    with pytest.raises(gi.DomainError, match=said):
-        gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked)
-
-
-@pytest.mark.parametrize(
-    ("run", "asked", "said"),
-    [
-        ({"method": "dop853-adaptive"}, "mean:K", "equal steps"),
-        ({"tau_eval": np.geomspace(0.1, 4.0, 40)}, "mean:K", "equal steps"),
-        ({"tau_end": None, "t_end": 4.0}, "exponent", "tau_end"),
-        ({"tau_end": -5.0}, gi.SectionPoints("gamma[2]", 3), "tau_end = "),
-        ({"t0": 3.0}, gi.SectionPoints("gamma[2]", 3), "t0 = "),
-    ],
-)
-def test_runs_that_a_reading_does_not_take(run: Any, asked: Any, said: str) -> None:
     """Averages and frequencies are of equal steps; sections begin at time 0 and go forward."""
-    given = {"tau_end": 4.0, **run}
-    given = {key: value for key, value in given.items() if value is not None}
+    asked, run = asked if isinstance(asked, tuple) else (asked, {})
     with pytest.raises(gi.DomainError, match=said):
-        gi.solve_ensemble(PROBLEM, STATES, **given, readings=asked)
+        gi.solve_ensemble(PROBLEM, STATES, **{"tau_end": 4.0, **run}, readings=asked)
 
 
 def test_adaptive_members_at_even_times() -> None:
-    times = np.linspace(0.0, 20.0, 201)
-    run: dict[str, Any] = {"tau_end": 20.0, "tau_eval": times}
-    fine = gi.solve_ensemble(PROBLEM, STATES, **run, readings="frequency:gamma[0]", step=0.01)
-    other = gi.solve_ensemble(
-        PROBLEM, STATES, **run, readings="frequency:gamma[0]", method="dop853-adaptive"
-    )
-    name = "frequency:gamma[0]"
+    name, times = "frequency:gamma[0]", np.linspace(0.0, 20.0, 201)
+    run: dict[str, Any] = {"tau_end": 20.0, "tau_eval": times, "readings": name}
+    fine = gi.solve_ensemble(PROBLEM, STATES, **run, step=0.01)
+    other = gi.solve_ensemble(PROBLEM, STATES, **run, method="dop853-adaptive")
     assert np.allclose(fine.readings[name], other.readings[name], rtol=1e-5)
 
 
@@ -356,9 +310,10 @@ def test_the_exact_flow_needs_times_to_read_at() -> None:
 
 
 def test_in_a_dataset() -> None:
-    """With a reading of one's own."""
+    """With a reading of one's own: how often a component changes its sign."""
+    turns = Own(lambda ran: np.count_nonzero(np.diff(np.sign(ran.series("gamma[0]"))), axis=1))
     asked = {"h": gi.Histogram("gamma[0]", [-1, 0, 1]), "w": gi.Windows("K", 4), "f": "final:K"}
-    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings={**asked, "turns": Turns()})
+    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings={**asked, "turns": turns})
     data = many.to_xarray()
     assert data["f"].dims == data["turns"].dims == ("member",)
     assert data["w"].dims[0] == "member"
@@ -370,12 +325,9 @@ def test_many_members_in_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """States of a block are all that is held at a time, and blocks are small enough."""
     sizes: list[int] = []
     run_block = spread.run_block
-
-    def seen(asked: Any, given: Any, stop: Any = None) -> Any:
-        sizes.append(len(given))
-        return run_block(asked, given, stop)
-
-    monkeypatch.setattr(spread, "run_block", seen)
+    monkeypatch.setattr(
+        spread, "run_block", lambda *given: sizes.append(len(given[1])) or run_block(*given)
+    )
     monkeypatch.setattr(spread, "NUMBERS", 1 << 14)
     many = gi.solve_ensemble(PROBLEM, np.tile(STATES, (20, 1)), **RUN, readings="drift:energy")
     assert max(sizes) * 242 * 6 <= 1 << 14

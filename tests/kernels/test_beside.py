@@ -16,8 +16,6 @@ import pytest
 import geomint as gi
 from geomint.kernels.compiling import beside, sending
 
-from .test_cache import COMPILING
-
 NAME = "gauss-0123.nbc"
 
 
@@ -136,49 +134,6 @@ def test_it_ends(gone: bool) -> None:
         assert process.wait(120.0) == 0
         assert process.stdout.read() == b""
         assert gone or process.stderr.read() == b"printed\n"  # which nobody reads
-
-
-RUN = """
-from functools import partial
-import geomint as gi
-from geomint.kernels.compiling import beside
-from geomint.problems.testproblems import henon_heiles
-
-beside.cores = lambda: 2
-problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
-run = partial(gi.solve, problem, y0, t_end=10.0, step=0.1, method="rk-4", observe=["measure"])
-with beside.compiled_beside(lambda: [run]):
-    began = beside._state["start"]
-    def started():
-        helper = began()
-        if {broken}:
-            helper._sink.close()
-        return helper
-    beside._state["start"] = started
-    print(run().drift["measure"].final_error.hex())
-"""
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("broken", [False, True])
-def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
-    """Where another process compiles for them, and where it ends before it has begun."""
-    from geomint.problems.testproblems import henon_heiles
-
-    done = subprocess.run(
-        [sys.executable, "-c", RUN.format(broken=broken)],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stderr in ("", COMPILING)
-    problem, run = henon_heiles.problem(), {"method": "rk-4", "observe": ["measure"]}
-    alone = gi.solve(problem, henon_heiles.INITIAL, t_end=10.0, step=0.1, **run)
-    assert done.stdout.strip() == alone.drift["measure"].final_error.hex()
-    written = {path.name.partition("-")[0] for path in tmp_path.rglob("*.nbc")}
-    assert {"runge_kutta_step", "measure"} <= written
 
 
 FLAGS = """

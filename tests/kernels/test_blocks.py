@@ -15,7 +15,6 @@ import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.numbers.blocks import Block, LaneBlock, as_lanes, as_singles, fixed_rows
-from geomint.kernels.numbers.lanes import Lanes
 
 pytestmark = pytest.mark.nojit
 LANES = 8
@@ -103,14 +102,6 @@ def gather(y, out):
     return len(out)
 
 
-def test_any_number_of_rows() -> None:
-    for entry in both_ways(gather, "S", "S"):
-        for rows in (0, 1, 17):
-            out = Block(np.zeros(rows))
-            assert entry(Block(np.arange(20.0)), out) == rows
-            np.testing.assert_array_equal(out.data, np.arange(rows))
-
-
 def test_bad_rows_are_refused_in_python() -> None:
     """Where compiled code would read other memory, and -1 is no last row."""
     block, lanes = Block(np.arange(6.0)), LaneBlock(np.zeros((2, LANES)))
@@ -125,17 +116,6 @@ def test_bad_rows_are_refused_in_python() -> None:
     with pytest.raises(IndexError):
         as_lanes(block, 0, 1)
     assert len(gi.part(block, 6, 0)) == 0
-
-
-def test_lane_values_are_values() -> None:
-    """What is read from a block does not follow later changes of it."""
-    block = LaneBlock(np.zeros((1, LANES)))
-    value = block[0]
-    block[0] = value + 1.0
-    assert isinstance(value, Lanes)
-    assert not value.any()
-    value -= 3.0
-    np.testing.assert_array_equal(block.data, np.ones((1, LANES)))
 
 
 @pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -16,8 +15,6 @@ from numba.core.registry import cpu_target
 import geomint as gi
 from geomint.kernels.compiling import linked
 from geomint.kernels.compiling.compile import listen
-
-from .test_cache import run
 
 pytestmark = pytest.mark.skipif(
     bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled"
@@ -131,29 +128,3 @@ def test_the_depth_of_the_caller_does_not_matter() -> None:
     before = sys.getrecursionlimit()
     deep(before - depth() - 70)
     assert sys.getrecursionlimit() == before
-
-
-KINDS = """
-import json
-import geomint as gi
-from geomint.kernels.compiling.compile import listen
-
-seen = []
-listen(lambda name, seconds: seen.append(name))
-for method in ("rk-4", "gauss-3", "cf-4", "rkmk-4", "rattle-2", "verlet-2"):
-    scene = gi.load_scene("hamiltonized-n3" if method in ("rattle-2", "verlet-2") else "ball-3d")
-    name = scene.problem.time
-    asked = {f"{name}_eval": [0.1], f"{name}_end": 0.2, "events": {"up": gi.Event("gamma[0]")}}
-    gi.solve(scene.problem, scene.state, method=method, step=0.05, **asked)
-print(json.dumps(seen))
-"""
-
-
-@pytest.mark.nightly
-def test_kinds_of_steppers_share_what_is_beside_the_run(tmp_path: Path) -> None:
-    """They take other functions, but are called by address; that has one name in all processes."""
-    first, second = (run("-c", KINDS, cache=tmp_path) for _ in range(2))
-    counts = {name: first.count(name) for name in ("find", "partial", "to_clock")}
-    assert set(counts.values()) <= {0, 2}, counts  # begun and done
-    assert counts["find"] == 2
-    assert second == []

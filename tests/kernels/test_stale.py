@@ -20,13 +20,11 @@ from tests.kernels import ways
 COMPILED = (
     "global",
     "array",
-    "closure",
     "helper defined anew",
     "function of a local alias",
     "module as an argument",
     "getattr",
     "numba function",
-    "jitable",
     "address",
 )
 

@@ -16,6 +16,7 @@ from geomint.kernels.compiling import sending
 from tests.problems import examples
 
 SCENES = gi.scene_names()
+LATE = {name for name in SCENES if name[-1] != "3" and f"{name[:-1]}3" in SCENES}
 TEST_PROBLEMS = {problem.name: (problem, y0) for problem, y0 in examples()}
 
 
@@ -32,7 +33,9 @@ def results(problem: gi.Problem, y0: Any) -> list[Any]:
     return [found, rates, problem.canonical(y0).tolist(), sorted(problem.physical_state(y0))]
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(x, marks=[pytest.mark.nightly] * (x in LATE)) for x in SCENES]
+)
 def test_scenes_models_and_plans(name: str) -> None:
     """With every representation, and exact motions; each is another object with the same functions."""
     scene = gi.load_scene(name)

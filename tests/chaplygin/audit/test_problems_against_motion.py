@@ -23,7 +23,7 @@ from tests.paper.motion import accelerations, ball_motion, constrained_rotation
 from tests.paper.points import sample
 from tests.paper.stiefel import constraint_forms, rank_of, stiefel, stiefel_rates, veselova_motion
 
-POINTS = 12  # of each problem at least, as many in each of its dimensions, three or more
+POINTS = 6  # of each problem at least, as many in each of its dimensions; with all operators
 
 
 def operator(point):
@@ -258,10 +258,10 @@ def densities(point):
 
 
 PROBLEMS = {
-    rolling: (2, 3, 4, 6),
-    contact: (2, 3, 4, 5),
-    ball: (2, 3, 4, 7),
-    rubber: (2, 3, 4, 5),
+    rolling: (2, 3, 5),
+    contact: (2, 3, 4),
+    ball: (2, 3, 5),
+    rubber: (2, 3, 4),
     lr: (3, 4, 5),
     stiefel_variety: (3, 4, 5),
     densities: (2, 3, 4, 6),
@@ -281,6 +281,6 @@ def test_a_problem_moves_as_the_motion_does(sides):
     found = {
         (n, index): residual(sides(sample(n, index)))
         for n in dimensions
-        for index in range(-(-POINTS // len(dimensions)))
+        for index in range(n, n - (-POINTS // len(dimensions)))
     }
     assert max(found.values()) <= HOLDS, max(found, key=found.get)
