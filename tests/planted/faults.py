@@ -95,7 +95,7 @@ compensated-sum methods geomint.kernels.solve.compensated:add_compensated
 stages-too-early methods geomint.kernels.solve.gauss:gauss_step
   Gauss methods take forces that depend on time at the beginning of the step.
   field(params, t + c[g] * h, → field(params, t,
-newton-unproven methods geomint.kernels.solve.newton_endings:ended
+newton-unproven fuzz geomint.kernels.solve.newton_endings:ended
   Newton's method takes a step for solved whose equations are not.
   return known & solved( → return solved(
 momentum-off-constraint methods geomint.kernels.solve.rattle:rattle_step
@@ -107,16 +107,16 @@ other-branch declaring/test_declared.py geomint.kernels.solve.small_matrices:los
 tolerance-accepted methods geomint.kernels.solve.adaptive:_step
   Adaptive steps that err too much are taken all the same.
   if error <= 1.0 and not tiny: → if not tiny:
-event-at-start methods geomint.kernels.solve.events:at_start
+event-at-start run/test_events.py geomint.kernels.solve.events:at_start
   An event that has been handled is met again where the run begins.
   return value if abs(value) > left else 0.0 → return value
-event-missed methods geomint.kernels.solve.sign_changes:verdict
+event-missed kernels/test_sign_changes.py geomint.kernels.solve.sign_changes:verdict
   Two events within one step are not seen.
   unclear or changes > 1: → unclear:
 clock-of-splitting methods geomint.kernels.solve.splitting:splitting_step
   Physical time beside a splitting in τ is of first order only.
   clock(params, like(t + h, y[0]), y, scratch) → (by / half)
-beyond-the-chart methods geomint.kernels.solve.rkmk:dexpinv_series.dexpinv_inside
+beyond-the-chart spaces geomint.kernels.solve.rkmk:dexpinv_series.dexpinv_inside
   A step beyond the coordinates of the group gives numbers, and no error.
   inside = extent(layout, u, work) <= 1.0 → inside = extent(layout, u, work) >= 0.0
 member-cut-late ensemble geomint.kernels.solve.members:members_loop.members
