@@ -32,9 +32,11 @@ def test_a_short_run_is_bounded_by_its_sizes_alone():
     assert all(n >= 2.0 or unit == "seconds" for n, unit in zip(numbers, units, strict=True))
 
 
-def test_a_run_warns_of_more_than_a_day():
-    """Once, by its own pace, after a second."""
-    end = time.perf_counter() + 1.2
+def test_a_run_warns_of_more_than_a_day(monkeypatch):
+    """Once, by its own pace, after a second: of a clock that is in a hurry."""
+    clock = time.perf_counter
+    monkeypatch.setattr(time, "perf_counter", lambda: 20.0 * clock())
+    end = time.perf_counter() + 2.0
     scene, run = gi.load_scene("sphere-n3"), {"t_end": 1e12, "method": "rk-4", "step": 0.01}
     run["callback"] = lambda reached: time.perf_counter() > end
     with pytest.warns(gi.GeomintWarning, match="at its pace this run takes about") as caught:
@@ -54,15 +56,11 @@ def test_a_long_one_is_tried():
 
 def test_beyond_a_day_needs_a_word(tmp_path):
     """Nothing is written then. All methods of a report count."""
-    out = tmp_path / "out"
-    for command, *more in (
-        ("drift", "--methods", "gauss-8:40,rk-4:0.125"),
-        ("compare", "--methods", "rk-4", "--reference", "extended"),
-    ):
-        done = invoke(command, "sphere-n3", *more, "--t-end", 1e13, "--out", out)
-        assert (done.exit_code, out.exists()) == (2, False)
-        assert "this takes about" in done.stderr
-        assert "give --yes for more than a day" in done.stderr
+    line = ("drift", "sphere-n3", "--methods", "gauss-8:40,rk-4:0.125", "--t-end", 1e13)
+    done = invoke(*line, "--out", tmp_path / "out")
+    assert (done.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert "this takes about" in done.stderr
+    assert "give --yes for more than a day" in done.stderr
 
 
 def test_beyond_an_hour_is_said(tmp_path):
@@ -78,7 +76,7 @@ def test_beyond_an_hour_is_said(tmp_path):
 
 def test_a_large_scene_is_checked_at_once():
     """Its tables would have n³/2 numbers for each of two representations."""
-    n = 400
+    n = 200
     rng = np.random.default_rng(0)
     large = gi.Scene(
         system={"name": "chaplygin-sphere-reduced", "a": np.linspace(0.5, 1.5, n), "D": 4.0},
@@ -117,17 +115,3 @@ def test_tables_fit_80_columns(line, tmp_path):
     assert max(map(len, table.splitlines())) <= 80
     assert "…" not in table
     assert ("undetermined" in table) == bool(out)
-
-
-@pytest.mark.nightly
-def test_compare_says_what_does_not_fit(tmp_path):
-    arguments = ["--methods", "rk-4,rattle-4", "--steps", "0.5,0.25", "--repeats", 1, "--t-end", 5]
-    arguments += ["--reference", "exact"]
-    done = invoke("compare", "ball-3d", *arguments, "--out", tmp_path, columns="80")
-    assert done.exit_code == 2
-    assert "geomint: rattle-4: no result: method 'rattle-4' needs the form" in done.stderr
-    assert done.stdout.count(" rk-4 ") == 2
-    assert "does not fit" in done.stdout
-    assert max(map(len, done.stdout.split("reference:")[0].splitlines())) <= 80
-    fitting = invoke("compare", "ball-3d", *arguments, "--methods", "rk-4", "--out", tmp_path)
-    assert fitting.exit_code == 0
