@@ -22,6 +22,7 @@ SCENE: dict[str, Any] = {
 }
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_report(tmp_path: Path) -> None:
     """Every file, and what is in it: the numbers of `geomint.lyapunov`."""
     found = gi.chaos_report(SCENE, tmp_path / "out", paper=True)
@@ -42,9 +43,10 @@ def test_report(tmp_path: Path) -> None:
 GIVEN = ["chaos", "hamiltonized-n3", "--method", "rk-4", "--count", "1"]
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_command(tmp_path: Path) -> None:
     """Of one exponent there is no sum."""
-    given = [*GIVEN, "--tau-end", "50", "--step", "0.25", "--out", str(tmp_path)]
+    given = [*GIVEN, "--tau-end", "10", "--step", "0.25", "--out", str(tmp_path)]
     result = CliRunner().invoke(main, given)
     assert result.exit_code == 0, result.output
     assert "λ1" in result.output
@@ -67,6 +69,7 @@ def test_what_has_no_exponents(changes: dict[str, Any], kind: type, said: str) -
         plan_chaos(gi.load_scene({**SCENE, **changes}))
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_failure_keeps_what_there_is(tmp_path: Path) -> None:
     """A step that is too large: the report of the time before, and exit code 2."""
     result = CliRunner().invoke(main, [*GIVEN, "--step", "1", "--out", str(tmp_path)])

@@ -55,23 +55,15 @@ def record_of(folder):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("report")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    return gi.drift_report(SCENE, folder, progress=False), record_of(folder), Page(folder)
 
 
-@pytest.fixture(scope="module")
-def report(folder):
-    return gi.drift_report(SCENE, folder, progress=False)
-
-
-@pytest.fixture(scope="module")
-def record(report, folder):
-    return record_of(folder)
-
-
-@pytest.fixture(scope="module")
-def page(report, folder):
-    return Page(folder)
+report, record, page = (
+    pytest.fixture(name=name)(lambda made, i=i: made[i])
+    for i, name in enumerate(("report", "record", "page"))
+)
 
 
 def test_parameters_are_those_given(page):
@@ -110,10 +102,8 @@ def test_the_numbers_are_those_of_the_solution(record, report):
 
 def test_provenance_is_complete(record):
     provenance, run = record["provenance"], record["methods"]["cf-4"]["run"]
-    for key in ("geomint", "python", "numpy", "numba"):
-        assert provenance["versions"][key]
-    for key in ("cpu", "platform", "date", "scene_toml", "scene_hash"):
-        assert provenance[key]
+    assert all(provenance["versions"][key] for key in ("geomint", "python", "numpy", "numba"))
+    assert all(provenance[key] for key in ("cpu", "platform", "date", "scene_toml", "scene_hash"))
     assert (run["step"], run["method"], run["status"]) == (0.02, "cf-4", "success")
     assert run["field_evaluations"] == 4 * run["steps"] == 8000
 
@@ -141,9 +131,8 @@ def test_the_page_loads_nothing(page):
     assert len(page.images) == 8  # motion 4, two kinds beyond round-off
     assert len(page.folded) == 2
     for image in (*page.images, *page.folded):
-        assert image["alt"]
         svg = base64.b64decode(image["src"].split(",", 1)[1]).decode("utf-8")
-        assert "<svg" in svg
+        assert image["alt"] and "<svg" in svg  # noqa: PT018
         # Names of namespaces and licences aside, nothing in a picture points outside.
         assert not re.findall(r'(?:href|src)="(?!#)', svg)
 

@@ -62,7 +62,7 @@ STILL = gi.Problem(
 @examples(4)
 @example(1024, [])
 @example(63, [1, 62])
-@given(st.integers(1, 5000), st.lists(st.integers(1, 5000), max_size=9))
+@given(st.integers(1, 2500), st.lists(st.integers(1, 2500), max_size=9))
 def test_windows_are_what_they_say_and_do_not_depend_on_cuts(count, cuts):
     """Of a run that is cut at some times, and in chunks between."""
     run = {"t_end": float(count), "step": 1.0, "method": "heun-2", "compiled": False}
