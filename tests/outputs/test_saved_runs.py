@@ -54,18 +54,18 @@ def test_nothing_is_read_later(solution, content, tmp_path):
     loaded.save(path)
     assert gi.load(path) == loaded
     path.write_bytes(b"something else")
+    assert loaded == solution == solution.as_saved()
+    assert repr(loaded) == repr(solution) == repr(solution.as_saved())
     assert np.array_equal(loaded.y, solution.y)
-    assert loaded.problem == solution.problem
-    assert loaded.method == solution.method
-    assert gi.solve(loaded, t_end=9.0, progress=False) == gi.solve(
-        solution, t_end=9.0, progress=False
-    )
+    assert (loaded.problem, loaded.method) == (solution.problem, solution.method)
+    one, other = (gi.solve(run, t_end=9.0, progress=False) for run in (loaded, solution))
+    assert one == other
 
 
 def test_whatever_byte_is_altered(content, tmp_path):
-    """All of the first thousand, where the header begins, and a thousand of the others."""
+    """Where the header begins, and any of the others."""
     draw = random.Random(0)
-    places = [*range(1000), *(draw.randrange(1000, len(content)) for _ in range(1000))]
+    places = [*range(500), *(draw.randrange(500, len(content)) for _ in range(500))]
     for place in places:
         damaged = bytearray(content)
         damaged[place] ^= 1 << draw.randrange(8)
@@ -133,7 +133,7 @@ def read_or_refused(path, content, **given):
     return found
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(3000, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [50, pytest.param(3000, marks=pytest.mark.nightly)])
 def test_sealed_by_somebody_else(count, content, tmp_path):
     """Sizes and places in the header that are none, and a checksum that fits: no other error either."""
     draw = random.Random(0)
@@ -186,7 +186,7 @@ WORDS = ("run", "restart", "kept", "events", "options", "layout", "provenance", 
 WORDS += ("problem", "method", "adaptive", "time", "status", "message", "format")
 
 
-@pytest.mark.parametrize("count", [10, pytest.param(200, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [7, pytest.param(200, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", WORDS)
 def test_attributes_of_somebody_else(name, count, rich, tmp_path):
     """Other kinds in every key, none, nested without an end: one error, or a run that can be shown."""
@@ -403,16 +403,16 @@ def test_what_unpickles_is_trusted_and_says_so(hostile):
 )
 def test_methods_are_names_and_options(method, tmp_path):
     """The file has no code of a method that is found by its name; it is the same one, options too."""
-    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 2.0})
-    step, plain = None if method.adaptive else 0.2, {"compiled": False}
-    run = gi.solve(scene.problem, scene.state, t_end=1.0, step=step, method=method, **plain)
+    scene = gi.load_scene("sphere-n3")
+    step, plain = None if method.adaptive else 0.1, {"compiled": False}
+    run = gi.solve(scene.problem, scene.state, t_end=0.2, step=step, method=method, **plain)
     run.save(tmp_path / "run.nc")
     with netcdf_file(tmp_path / "run.nc", mmap=False) as file:
         assert "_method_code" not in file.variables
         assert "_problem_code" in file.variables
     found = gi.load(tmp_path / "run.nc", scene.problem)
     assert (found.method, found.by.name) == (method, method.name)
-    rest, other = gi.solve(found, t_end=2.0, **plain), gi.solve(run, t_end=2.0, **plain)
+    rest, other = gi.solve(found, t_end=0.4, **plain), gi.solve(run, t_end=0.4, **plain)
     assert rest.y.tobytes() == other.y.tobytes()
     for value in (method, method.name):
         fits = value == method or gi.find_method(value) == method
@@ -487,14 +487,6 @@ def test_every_reader_sees_how_the_run_ended(solution, tmp_path, status):
         saved.piece("gama")
 
 
-def test_as_saved_is_what_load_gives(solution, content, tmp_path):
-    path = tmp_path / "run.nc"
-    path.write_bytes(content)
-    loaded, told = gi.load(path), solution.as_saved()
-    assert told == loaded == solution
-    assert repr(told) == repr(loaded) == repr(solution)
-
-
 def test_the_ending_of_a_name_tells_the_format(solution, content, tmp_path):
     """States as CSV, exactly; another ending than those of what can be written is refused before."""
     solution.save(tmp_path / "run.csv")
@@ -505,9 +497,8 @@ def test_the_ending_of_a_name_tells_the_format(solution, content, tmp_path):
     for name in ("run", "run-0.5", "run.nc"):
         solution.save(tmp_path / name)
         assert gi.load(tmp_path / name) == solution
-    section = gi.poincare_section(
-        solution.problem, solution.y[0], "gamma[0]", 2, step=0.1, progress=False
-    )
+    at = solution.problem, solution.y[0], "gamma[0]"
+    section = gi.poincare_section(*at, 2, step=0.1, progress=False)
     section.save(tmp_path / "section.csv")
     for saving, wrong, right in (
         (solution.save, "h5", ".nc, .csv"),
@@ -533,13 +524,10 @@ def test_names_that_a_result_lacks(solution):
         (many.events, "events", "events=…"),
         (many.readings, "readings", "readings=…"),
     ):
-        with pytest.raises(
-            KeyError, match=rf"{what}\['energy'\]: no such name. There are none"
-        ) as e:
+        no_such = rf"{what}\['energy'\]: no such name. There are none.*Ask for more by {asked}"
+        with pytest.raises(KeyError, match=no_such) as e:
             mapping["energy"]
-        assert isinstance(e.value, gi.UnknownNameError)
-        assert str(e.value).endswith(f"Ask for more by {asked}")
-        assert mapping.get("energy") is None
+        assert (type(e.value), mapping.get("energy")) == (gi.UnknownNameError, None)
         assert pickle.loads(pickle.dumps(mapping)) == dict(mapping) == {}
     with pytest.raises(gi.UnknownNameError, match="Did you mean 'energy'"):
         solution.drift["enrgy"]

@@ -135,7 +135,7 @@ def test_a_text_steers_no_terminal_and_can_be_written() -> None:
 
 def test_a_run_that_fails_has_those_until_then() -> None:
     with pytest.warns(gi.StateWarning), pytest.raises(gi.StepError) as failed:
-        gi.solve(NEUMANN, OFF, t_end=50.0, step=30.0)
+        gi.solve(NEUMANN, OFF, t_end=1000.0, step=10.0, method="rk-4", **PLAIN)
     assert [w.kind for w in failed.value.partial.warnings] == ["StateWarning"]
 
 
