@@ -12,7 +12,7 @@ def test_every_ending_costs_its_own_item_only():
     """Items are done in processes of their own: here words of Python."""
     hang, die = "__import__('time').sleep(1000)", "__import__('os')._exit({})"
     groups = [["2.0", hang, "3.0"], [die.format(3)], [die.format(4)], ["1 / 0", "9.0"], []]
-    found = {o.item: o for o in guarded(eval, groups, seconds=1.5, workers=2)}
+    found = {o.item: o for o in guarded(eval, groups, seconds=1.0, workers=2)}
     endings = {item: outcome.ending for item, outcome in found.items()}
     done = dict.fromkeys(("2.0", "3.0", "9.0"), "done")
     assert endings == done | {
