@@ -24,10 +24,12 @@ from tests.compare.circle import (
     turning,
     with_time,
 )
+from tests.rows import examples
 
 pytestmark = pytest.mark.nojit
 
 
+@examples(4)
 @given(st.floats(-20.0, 20.0).filter(lambda t: abs(t) > 1e-12), st.integers(-150, 150))
 def test_a_short_run_is_confirmed_without_any_compiled_code(end, power):
     """Of any sign and any unit; physical time is confirmed too."""

@@ -1,7 +1,6 @@
 """What there is to stress: cases of all packages, cells for every method."""
 
 import numpy as np
-import pytest
 
 import geomint as gi
 from geomint.stress import sweep
