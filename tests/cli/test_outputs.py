@@ -166,15 +166,11 @@ def test_a_run_on_a_disk_that_is_full_at_the_end(tmp_path, monkeypatch):
 # Of commands that read a scene what they replace under --out, or the option's own file.
 EXACT_FILES = re.findall(r"exact\.\w+", invoke("exact", "--help").stdout)
 READING = {
-    "run --out": [""],
-    "drift --out": report.DRIFT_FILES,
-    "compare --out": report.COMPARE_FILES,
+    "run --out": [""], "drift --out": report.DRIFT_FILES, "compare --out": report.COMPARE_FILES,
     "section --event gamma[2] --out": report.SECTION_FILES,
-    "scan --vary D=4:5:2 --out": report.SCAN_FILES,
-    "chaos --out": report.CHAOS_FILES,
-    "exact --out": EXACT_FILES,
-    "exact --animate": [""],
-}
+    "scan --vary D=4:5:2 --out": report.SCAN_FILES, "chaos --out": report.CHAOS_FILES,
+    "exact --out": EXACT_FILES, "exact --animate": [""],
+}  # fmt: skip
 WAYS = {
     "path": lambda scene, place: scene.rename(place),
     "link to it": lambda scene, place: place.symlink_to(scene),

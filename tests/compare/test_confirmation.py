@@ -164,8 +164,7 @@ class Turning:
 
 
 @pytest.mark.parametrize(
-    ("motion", "word"),
-    [(Turning(1e-4), "differs by"), (Turning(0.0, 1e-3), r"errs by 0\.001")],
+    ("motion", "word"), [(Turning(1e-4), "differs by"), (Turning(0.0, 1e-3), r"errs by 0\.001")]
 )
 def test_an_exact_flow_that_is_not_is_refused(motion, word):
     for problem, end in ((CIRCLE, {"t_end": 3.0}), (IN_TAU, {"tau_end": 3.0})):

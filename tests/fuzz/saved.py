@@ -108,23 +108,13 @@ def _word(rng: Random, data: bytearray) -> None:
 def _looked_at(run: gi.Solution, other: gi.Solution) -> None:
     """Do what shows, compares, copies and writes a run, but neither asks for code nor goes on."""
     looks = (
-        lambda: repr(run),
-        lambda: run == other,
-        lambda: hash(run),
-        lambda: copy.copy(run),
-        lambda: copy.deepcopy(run),
-        lambda: dataclasses.asdict(run),
-        lambda: dataclasses.replace(run),
-        lambda: inspect.getmembers(run),
-        lambda: [getattr(run, name, None) for name in dir(run)],
-        lambda: pickle.dumps(run),
-        lambda: run.provenance,
-        lambda: run.to_xarray(),
-        lambda: run.to_dataframe(),
-        lambda: run.as_saved(),
-        lambda: run.save("again.nc"),
-        lambda: gi.cite(run),
-    )
+        lambda: repr(run), lambda: run == other, lambda: hash(run), lambda: copy.copy(run),
+        lambda: copy.deepcopy(run), lambda: dataclasses.asdict(run),
+        lambda: dataclasses.replace(run), lambda: inspect.getmembers(run),
+        lambda: [getattr(run, name, None) for name in dir(run)], lambda: pickle.dumps(run),
+        lambda: run.provenance, lambda: run.to_xarray(), lambda: run.to_dataframe(),
+        lambda: run.as_saved(), lambda: run.save("again.nc"), lambda: gi.cite(run),
+    )  # fmt: skip
     for look in looks:
         with contextlib.suppress(gi.GeomintError):
             look()

@@ -152,16 +152,8 @@ def _likely(rng: Random, key: str) -> Any:
         found = names[key]()
         return found if key == "methods" else rng.choice(found)
     counts = (
-        "every",
-        "repeats",
-        "points",
-        "motions",
-        "seed",
-        "max_iterations",
-        "max_steps",
-        "n",
-        "r",
-    )
+        "every", "repeats", "points", "motions", "seed", "max_iterations", "max_steps", "n", "r",
+    )  # fmt: skip
     if key in counts:
         return rng.choice((1, 2, 3, 1000, 2**31, 2**53, 2**63, 10**30))
     if key == "iteration":

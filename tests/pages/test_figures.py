@@ -80,11 +80,9 @@ def audit() -> Iterator[tuple[str, str]]:
     counts = dict(reversed(part.split(" ", 1)) for part in found[1].split(", "))
     misprints, unprinted = counts["misprint"], counts["needs a restriction"]
     yield "audit", f"It finds {misprints} misprints, {unprinted} restrictions that are not printed"
-    on_manifold, stronger = "holds on the manifold only", "condition stronger than needed"
-    yield (
-        "audit",
-        f", {counts[on_manifold]} formulas that need |γ| = 1, and {counts[stronger]} cond",
-    )
+    yield "audit", f", {counts['holds on the manifold only']} formulas that need |γ| = 1, and"
+    stronger = counts["condition stronger than needed"]
+    yield "audit", f" and {stronger} condition that is stronger than needed"
 
 
 def ladder(table: str, method: str) -> list[dict[str, Any]]:

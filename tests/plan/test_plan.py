@@ -121,17 +121,11 @@ def test_a_plan_does_not_change_the_answer(content, save):
     solution = gi.run_scene(scene, progress=False)
     time = scene.content.time
     plain = gi.solve(
-        scene.problem,
-        scene.state,
-        t_end=time.t_end,
-        tau_end=time.tau_end,
-        step=scene.content.integrate.step,
-        save_every=save.get("every"),
-        t_eval=save.get("t_eval"),
-        observe=["invariants", "constraints"],
-        clock=True if scene.problem.time == "tau" else None,
+        scene.problem, scene.state, t_end=time.t_end, tau_end=time.tau_end,
+        step=scene.content.integrate.step, save_every=save.get("every"), t_eval=save.get("t_eval"),
+        observe=["invariants", "constraints"], clock=True if scene.problem.time == "tau" else None,
         progress=False,
-    )
+    )  # fmt: skip
     np.testing.assert_array_equal(solution.y, plain.y)
     np.testing.assert_array_equal(solution.t, plain.t)
     for name, drift in solution.drift.items():
