@@ -32,12 +32,9 @@ OPTIONS = {
 }  # fmt: skip
 FLAGS = ("--quiet", "--yes", "--paper", "--debug", "--help", "--version")
 NEW = ("new.nc", "new.csv", "new", "new/deeper/run.nc", "notes/run.nc", "notes", ".")
+AWAY = ("/", "..", "../a")
 HOSTILE = (
-    *(
-        t
-        for t in hostile.STRINGS
-        if len(t) < 300 and "\0" not in t and t not in ("/", "..", "../a")
-    ),
+    *(t for t in hostile.STRINGS if len(t) < 300 and "\0" not in t and t not in AWAY),
     *("-", "--", "-1", "/dev/null", "/dev/full", "/proc/self/mem", "\udcff.nc", "1e400", "nan"),
 )
 

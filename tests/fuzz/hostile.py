@@ -84,14 +84,9 @@ def near(rng: Random, value: Any) -> Any:
 
 def _near_text(rng: Random, text: str) -> str:
     at = rng.randint(0, len(text))
-    what = rng.randrange(5)
-    if what == 0:
-        return text[:at]
-    if what == 1:
-        return text[:at] + rng.choice(STRINGS[:27]) + text[at:]
-    if what == 2:
-        return text + rng.choice(("-suzuki-4", "-4", "-adaptive", ":0.1", "²", "/", "-10" * 30))
-    return text.upper() if what == 3 else text * rng.choice((2, 50))
+    more = rng.choice(("-suzuki-4", "-4", "-adaptive", ":0.1", "²", "/", "-10" * 30))
+    put = text[:at] + rng.choice(STRINGS[:27]) + text[at:]
+    return rng.choice((text[:at], put, text + more, text.upper(), text * rng.choice((2, 50))))
 
 
 def arrays(rng: Random, like: Any = None) -> Any:
