@@ -149,18 +149,16 @@ def test_the_page_tells_what_was_done(page, record):
 
 def test_the_motion_comes_first(page, report):
     """It is that of the run, by the same method and step."""
-    first, second, third = (image["alt"] for image in page.images[:3])
-    assert first == "the path of gamma on the unit sphere"
-    assert second == "the path of the contact point in the plane"
-    assert third.startswith("γ₁, γ₂, γ₃ over time")
+    said = " | ".join(image["alt"] for image in page.images)
+    paths = "the path of gamma on the unit sphere | the path of the contact point in the plane"
+    assert said.startswith(f"{paths} | γ₁, γ₂, γ₃ over time")
     assert page.text.index("The motion") < page.text.index("What was kept")
     assert "k̇ = k × ω,  γ̇ = γ × ω" in page.text
     stretch, plan = report.motion.stretch, report[0].plan
     assert f"The first turns, t = 0 … {stretch.times[-1]:.4g}, by cf-4." in page.text
     assert stretch.joined
-    run = gi.solve(
-        plan.problem, plan.state, t_end=40.0, method="cf-4", step=0.02, t_eval=stretch.times
-    )
+    given = {"t_end": 40.0, "method": "cf-4", "step": 0.02, "t_eval": stretch.times}
+    run = gi.solve(plan.problem, plan.state, **given)
     np.testing.assert_allclose(stretch.states, run.y, atol=1e-13)
 
 
