@@ -96,13 +96,11 @@ def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None) -> list[Any]:
     for kind in (planned.ChaosPlan, planned.ScanPlan, planned.SectionPlan):
         monkeypatch.setattr(kind, "run", run)
     for name in ("checked_steps", "find_peers", "whole"):
-        noting = getattr(compared, name)
-        monkeypatch.setattr(
-            compared, name, lambda *args, noting=noting: found.append(seen(args)) or noting(*args)
-        )
-    monkeypatch.setattr(
-        compared, "endpoint_of", lambda model, *args: stop(seen(model.states), *args[:2])
-    )
+        call = getattr(compared, name)
+        noting = lambda *args, call=call: found.append(seen(args)) or call(*args)  # noqa: E731
+        monkeypatch.setattr(compared, name, noting)
+    stopping = lambda model, *args: stop(seen(model.states), *args[:2])  # noqa: E731
+    monkeypatch.setattr(compared, "endpoint_of", stopping)
     return found
 
 
