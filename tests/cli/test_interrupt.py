@@ -2,10 +2,7 @@
 
 import json
 import os
-import resource
 import signal
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 
@@ -17,13 +14,6 @@ from geomint.compare import runs as compare
 from tests.cli.calls import invoke
 
 LONG = ("sphere-n3", "--t-end", "5e7")  # minutes, but no hour: no trial comes before the run
-RUNNING = """
-import sys, threading
-from geomint.cli import main, meanwhile
-timer = threading.Timer(0.2, print, ("running",), {"flush": True})
-meanwhile.WHEN_RUNNING.append(timer.start)
-main(sys.argv[1:])
-"""
 
 
 @contextmanager
@@ -75,28 +65,6 @@ def test_an_interrupted_run_leaves_its_states(tmp_path):
     saved = gi.load(out)
     assert saved.status == "interrupted"
     assert saved.tau[-1] == pytest.approx(saved.provenance["steps"] * saved.provenance["step"])
-
-
-@pytest.mark.nightly
-def test_sigterm_ends_a_process_as_ctrl_c_does(tmp_path):
-    out = tmp_path / "run.nc"
-
-    def heed():
-        """If the tests are killed, what they have started ends soon by itself."""
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        resource.setrlimit(resource.RLIMIT_CPU, (120, 120))
-
-    line = [sys.executable, "-c", RUNNING, "run", *LONG, "--out", str(out)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(line, **pipes, start_new_session=True, preexec_fn=heed) as process:
-        try:
-            assert process.stdout.readline() == "running\n", process.stderr.read()
-            process.send_signal(signal.SIGTERM)
-            _, said = process.communicate(timeout=60)
-        finally:
-            process.kill()
-    assert (process.returncode, "Traceback" in said) == (143, False)
-    assert gi.load(out).status == "interrupted"
 
 
 def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, strategies as st
 from scipy.io import netcdf_file
 
 import geomint as gi
+from tests.outputs.test_saved_runs import MODULE
 from tests.rows import examples
 from tests.series import drift_of_series
 
@@ -212,19 +213,6 @@ def test_without_an_optional_library(monkeypatch, library, name):
     with pytest.raises(gi.MissingCodeError, match=f"pip install {library}") as error:
         getattr(made(SHORT[0]), name)()
     assert error.value.what == f"Solution.{name}"
-
-
-MODULE = """
-import geomint as gi
-
-@gi.field
-def turn(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -y[0]
-
-def problem(speed=1.0):
-    return gi.Problem("turn", (("q", 1), ("p", 1)), params=[speed], field=turn)
-"""
 
 
 @pytest.fixture

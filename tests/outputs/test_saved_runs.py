@@ -256,9 +256,9 @@ def turn(params, t, y, out, work):
 def energy(params, t, y, work):
     return 0.5 * (y[0] * y[0] + y[1] * y[1])
 
-def problem():
-    pieces = (("q", 1), ("p", 1))
-    return gi.Problem("turn", pieces, field=turn, invariants={"energy": energy})
+def problem(speed=1.0):
+    pieces, energies = (("q", 1), ("p", 1)), {"energy": energy}
+    return gi.Problem("turn", pieces, [speed], field=turn, invariants=energies)
 
 class Own(gi.RungeKutta):
     pass
