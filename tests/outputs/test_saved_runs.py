@@ -56,6 +56,9 @@ def test_nothing_is_read_later(solution, content, tmp_path):
     path.write_bytes(b"something else")
     assert loaded == solution == solution.as_saved()
     assert repr(loaded) == repr(solution) == repr(solution.as_saved())
+    lines = repr(solution).splitlines()  # as full as 80 columns may be
+    assert max(map(len, lines)) <= 80
+    assert all(len(one) + len(more.split()[0]) >= 80 for one, more in itertools.pairwise(lines))
     assert np.array_equal(loaded.y, solution.y)
     assert (loaded.problem, loaded.method) == (solution.problem, solution.method)
     one, other = (gi.solve(run, t_end=9.0, progress=False) for run in (loaded, solution))

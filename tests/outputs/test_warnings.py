@@ -7,6 +7,7 @@ import dataclasses
 import importlib
 import json
 import pickle
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -193,6 +194,10 @@ SCENE: dict[str, Any] = {
 
 @pytest.mark.usefixtures("blank_pictures")
 def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def printed_of(runs: gi.SeveralRuns) -> str:
+        print_runs(runs)
+        return " ".join(capsys.readouterr().out.split())
+
     with pytest.warns(gi.StepWarning, match="energy"):
         runs = gi.drift_report(SCENE, tmp_path)
     (told,) = runs[0].solution.warnings
@@ -202,8 +207,11 @@ def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert str(told) in page
     local = f"{run['local_error']['largest']:.2g}, at t = "
     assert local in page
-    print_runs(runs)
-    printed = " ".join(capsys.readouterr().out.split())
+    printed = printed_of(runs)
+    steps, seconds, rate = re.search(r"(\d+) steps in (\S+) s \((\S+) a second\)", printed).groups()
+    assert float(rate) == pytest.approx(int(steps) / float(seconds), rel=0.02)
+    runs[0].solution.run_seconds = 0.0
+    assert "steps in 0 s (0 a second)" in printed_of(runs)
     assert f"local error: {local}" in printed
     assert "warnings: 1 StepWarning" in printed
 

@@ -263,6 +263,11 @@ def test_scale_and_sign_do_not_matter(factor):
         assert kind_of(series) == kind_of(-series) == kind_of(factor * series)
 
 
+def test_powers_of_time_are_lines_where_they_bend_little():
+    kinds = [kind_of(T**power) for power in (0.59, 0.61, 1.24, 1.3)]
+    assert kinds == ["undetermined", "linear", "linear", "faster"]
+
+
 def test_backwards_and_stretched():
     forward = drift_of(T + 0.3 * sine(9.0))
     back = drift_of_series("v", -np.arange(1.0, SAMPLES + 1.0), T + 0.3 * sine(9.0), 0.0)
