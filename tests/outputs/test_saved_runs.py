@@ -3,7 +3,6 @@
 import contextlib
 import copy
 import dataclasses
-import hashlib
 import importlib
 import inspect
 import itertools
@@ -22,6 +21,7 @@ from scipy.io import netcdf_file
 
 import geomint as gi
 from geomint.cli import main
+from tests.fuzz.saved import sealed
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
@@ -109,15 +109,6 @@ def test_what_is_no_run_of_this_version(tmp_path):
     for place in (path, tmp_path):
         with pytest.raises(gi.GeomintError, match="no regular file"):
             gi.load(place)
-
-
-def sealed(content):
-    """Return what somebody has changed with the checksum that fits it."""
-    place = content.index(b"checksum") + 16
-    content = bytearray(content)
-    content[place : place + 64] = b"0" * 64
-    content[place : place + 64] = hashlib.sha256(content).hexdigest().encode()
-    return bytes(content)
 
 
 def read_or_refused(path, content, **given):

@@ -73,20 +73,6 @@ def test_what_is_finite_and_huge_is_measured():
         assert solution.drift[name].max_rel_error is None
 
 
-def test_a_clock_that_stands_still_loses_no_run():
-    """Drifts are per unit of a time that does not go on: nothing is known of them."""
-    grows = gi.field(lambda params, t, y, out, work: out.__setitem__(0, y[0] * y[0]))
-    still = gi.observable(lambda params, t, y, work: 0.0 * y[0])
-    problem = gi.Problem("still", (("y", 1),), field=grows, time="tau", clock=still)
-    own = {"own": lambda params, t, y, work: 1.0 / y[0]}
-    run = {"t_end": 5.0, "step": 0.01, "method": "rk-4", "compiled": False}
-    with pytest.raises(gi.NonFiniteError) as caught:
-        gi.solve(problem, [1.0], observe=own, **run)
-    found = caught.value.partial.drift["own"]
-    assert found.windows.samples > 64
-    assert (found.drift_class, found.slope) == ("undetermined", None)
-
-
 @pytest.mark.usefixtures("blank_pictures")
 def test_a_report_and_the_command(tmp_path, monkeypatch):
     """The second of two methods loses its energy half-way; nothing of it counts as a success."""
