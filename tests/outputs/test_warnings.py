@@ -88,14 +88,9 @@ CASES: dict[type[gi.GeomintWarning], tuple[Callable[[], Any], str]] = {
     gi.SpeedWarning: (slow, "single"),
     gi.DeclarationWarning: (no_body, "moments"),
 }
-RUNS = [kind for kind in CASES if kind is not gi.DeclarationWarning]
 
 
-def test_every_kind_has_a_case() -> None:
-    assert set(CASES) == set(gi.GeomintWarning.__subclasses__())
-
-
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", gi.GeomintWarning.__subclasses__())
 def test_shown_once_at_the_line_of_the_user_and_kept(kind: Any, tmp_path: Path) -> None:
     make, quantity = CASES[kind]
     with warnings.catch_warnings(record=True) as caught:
@@ -123,8 +118,7 @@ def test_shown_once_at_the_line_of_the_user_and_kept(kind: Any, tmp_path: Path) 
     if kind is gi.EndWarning:
         assert (told.size, told.time) == (sol.end_error.error, sol.end_error.until)
     if kind is gi.StepWarning:
-        assert 0.01 < told.size < 1.0
-        assert told.time == 2000.0
+        assert (0.01 < told.size < 1.0, told.time) == (True, 2000.0)
 
 
 def test_a_text_steers_no_terminal_and_can_be_written() -> None:
@@ -239,8 +233,8 @@ def test_scans_have_a_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     told_before(monkeypatch, "scan")
     vary = {"initial.v[1]": [0.5, 1.0]}
     gi.scan_report(SCENE, tmp_path, False, vary=vary, show=["drift:energy"])
-    with (tmp_path / "scan.csv").open() as stream:
-        assert [row["warnings"] for row in csv.DictReader(stream)] == ["", "StepWarning"]
+    rows = csv.DictReader((tmp_path / "scan.csv").read_text("utf-8").splitlines())
+    assert [row["warnings"] for row in rows] == ["", "StepWarning"]
     record = json.loads((tmp_path / "scan.json").read_text("utf-8"))
     (of_json,) = record["warnings"]
     assert (record["warned"], of_json["member"], of_json["initial.v[1]"]) == (1, 1, 1.0)

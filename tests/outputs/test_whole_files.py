@@ -343,13 +343,14 @@ def test_a_file_that_is_of_no_report_is_not_lost(tmp_path, mine):
     """Nor one that the user has changed; whether it would be written anew or only removed."""
     MINE[mine](tmp_path)
     before = contents(tmp_path)
-    for call in (
-        lambda: gi.check_folder(tmp_path, NAMES),
-        lambda: make_report(tmp_path, "new"),
-        lambda: make_report(tmp_path, "new", NAMES[:1]),
+    new, one = (tmp_path, "new"), (tmp_path, "new", NAMES[:1])
+    for call, *given in (
+        (gi.check_folder, tmp_path, NAMES),
+        (make_report, *new),
+        (make_report, *one),
     ):
         with pytest.raises(gi.OutputError, match=r"[ab]\..* of no earlier report.*left alone"):
-            call()
+            call(*given)
         assert contents(tmp_path) == before
     assert leftovers(tmp_path) == []
 
@@ -538,10 +539,10 @@ def test_the_owner_stays(tmp_path):
 def test_folders_that_cannot_be_are_told(tmp_path):
     (tmp_path / "file").touch()
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    file, dangling = tmp_path / "file", tmp_path / "dangling"
     for path, said in (
-        (tmp_path / "file", "file' is no folder; expected a folder, or nothing"),
-        (tmp_path / "file" / "further", "file' is no folder; expected a folder"),
-        (tmp_path / "dangling", "a symlink that leads nowhere; expected a folder"),
+        *((place, "file' is no folder; expected a folder") for place in (file, file / "further")),
+        (dangling, "a symlink that leads nowhere; expected a folder"),
         ("", "an empty name"),
     ):
         for call in (gi.check_folder, write_report):
