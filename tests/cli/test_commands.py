@@ -186,17 +186,15 @@ def test_a_failed_run_says_why_and_leaves_what_it_did(command, tmp_path):
     assert record["status"] == record["methods"]["gauss-8"]["run"]["status"] == "failed"
 
 
+PICTURES = ("MPLBACKEND=nope", "drift sphere-n3 --t-end 1", "geomint: pictures: ValueError")
+
+
 @pytest.mark.parametrize(
     ("setting", "words", "told"),
     [
         ("NUMBA_NUM_THREADS=0", "run sphere-n3 --t-end 1", "settings around geomint: ValueError"),
         ("_GEOMINT_COMPLETE=bash_complete", "", "settings around geomint: KeyError: 'COMP_WORDS'"),
-        pytest.param(
-            "MPLBACKEND=nope",
-            "drift sphere-n3 --t-end 1",
-            "geomint: pictures: ValueError",
-            marks=pytest.mark.nightly,
-        ),
+        pytest.param(*PICTURES, marks=pytest.mark.nightly),
     ],
 )
 def test_settings_that_are_broken_are_one_line(setting, words, told, tmp_path):

@@ -137,11 +137,11 @@ def test_a_file_of_the_users_is_not_lost(tmp_path, monkeypatch):
         assert record.read_bytes() == changed
     record.write_bytes(kept)
     picture.write_bytes(b"mine")
-    assert refused(invoke(*call, "--out", out), picture.name, "of no earlier report")
-    record.unlink()
-    before = content(out)
-    assert refused(invoke(*call, "--out", out), picture.name, "of no earlier report")
-    assert content(out) == before
+    for forget in (lambda: None, record.unlink):
+        forget()
+        before = content(out)
+        assert refused(invoke(*call, "--out", out), picture.name, "of no earlier report")
+        assert content(out) == before
 
 
 def test_a_run_that_is_larger_than_a_file_may_be(tmp_path):
@@ -324,8 +324,7 @@ def test_nothing_steers_a_terminal(tmp_path, monkeypatch):
         result = invoke(*arguments, color=True)
         wrong = odd in arguments or arguments[0] == "compare"
         assert result.exit_code == 2 * wrong, result.output
-        assert not set("\r\u202e\x9b\x07") & set(result.output), arguments
-        assert "\x1b[31m" not in result.output
+        assert not set("\r\u202e\x9b\x07") & set(result.output.replace("\x1b[31m", "\r")), arguments
         assert wrong or r"a\x1b[31m\r\u202e" in result.stdout
     page = Path("report/report.html").read_text(encoding="utf-8")
     assert not set("\x1b\r\u202e\x9b") & set(page)

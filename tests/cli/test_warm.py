@@ -55,8 +55,7 @@ def test_later_commands_compile_nothing(
         "utf-8",
     )
     result = invoke("warm", "no-such", path, *methods)
-    assert result.exit_code == 2
-    assert "no-such" in result.stderr
+    assert (result.exit_code, "no-such" in result.stderr) == (2, True)
     assert f"{path}: ready, " in result.stdout
     scene = gi.load_scene(path)
     names = methods[1].split(",") if methods else None
