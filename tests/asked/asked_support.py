@@ -104,14 +104,8 @@ def seen(x: Any) -> Any:
             return of_solution(x)
         case gi.Method():
             return [
-                x.name,
-                x.order,
-                x.needs,
-                x.step_fraction,
-                x.adaptive,
-                repr(x.options),
-                x.summary,
-            ]
+                x.name, x.order, x.needs, x.step_fraction, x.adaptive, repr(x.options), x.summary,
+            ]  # fmt: skip
         case np.ndarray():
             return [x.shape, x.tolist()]
         case Mapping():

@@ -110,9 +110,7 @@ LOOK: dict[str, Callable[..., Any]] = {
     "poincare_section": partial(gi.poincare_section, method="rk-4", step=0.25),
     "Integrator": partial(stepped, method="rk-4", step=0.25, compiled=False),
     "load_scene": lambda source: gi.load_scene(source).sections,
-    "make_plan": lambda **given: [
-        (c.what, c.value, c.reason) for c in gi.make_plan(**given).choices
-    ],
+    "make_plan": lambda **a: [(c.what, c.value, c.reason) for c in gi.make_plan(**a).choices],
 }
 # They change no result.
 NOWHERE = {"compiled", "progress", "callback"}
@@ -163,9 +161,10 @@ def test_every_option_of_a_method_is_taken_and_no_other(name: str) -> None:
                 method.with_options(**{option: value})
 
 
-@pytest.mark.parametrize(
-    "name", ["gauss-4", "lobatto-3", "rattle-2", "bogacki-shampine-3-adaptive"]
-)
+KINDS = ["gauss-4", "lobatto-3", "rattle-2", "bogacki-shampine-3-adaptive"]
+
+
+@pytest.mark.parametrize("name", KINDS)
 def test_every_option_of_a_method_does_something(name: str) -> None:
     problem = sphere_metric.problem()
     run = {"t_end": 0.4, "compiled": False, "step": 0.1}

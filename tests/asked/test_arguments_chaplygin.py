@@ -93,13 +93,8 @@ def visible(x: Any) -> Any:
 
 
 MADE = {
-    "Correspondence",
-    "ExactBall",
-    "ExactFlow",
-    "FrequencyMap",
-    "MultiplierDefects",
-    "RolledPath",
-}
+    "Correspondence", "ExactBall", "ExactFlow", "FrequencyMap", "MultiplierDefects", "RolledPath",
+}  # fmt: skip
 MADE |= {"SpheroconicalPoint"}  # by functions that are asked
 
 

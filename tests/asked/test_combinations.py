@@ -6,10 +6,9 @@ import dataclasses
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
 import geomint as gi
-from geomint.cli import main
+from tests.cli.calls import invoke
 
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -81,15 +80,11 @@ def test_only_a_problem_in_tau_has_a_clock() -> None:
         gi.Problem("turning", (("y", 2),), field=turning, clock=rate)
 
 
-@pytest.mark.parametrize(
-    ("problem", "given"),
-    [
-        (IN_T, {"t_end": -1.0}),
-        (CLOCKED, {"t_end": 1.0}),
-        (CLOCKED, {"tau_end": 1.0}),
-        (IN_T, {"t_end": 1.0, "method": "dop853-adaptive"}),
-    ],
-)
+LONGER = [(IN_T, {"t_end": -1.0}), (CLOCKED, {"t_end": 1.0}), (CLOCKED, {"tau_end": 1.0})]
+LONGER += [(IN_T, {"t_end": 1.0, "method": "dop853-adaptive"})]
+
+
+@pytest.mark.parametrize(("problem", "given"), LONGER)
 def test_a_step_longer_than_the_run_is_said(problem: gi.Problem, given: dict[str, Any]) -> None:
     with pytest.warns(gi.GeomintWarning, match=r"step = 2 is longer than the run") as caught:
         solution = solve(problem, step=2.0, **given)
@@ -102,6 +97,7 @@ def test_a_step_longer_than_the_run_is_said(problem: gi.Problem, given: dict[str
 # --- scenes ---------------------------------------------------------------------------------------
 
 NOTHING_OF = {"quantities": ["energy"], "measure": {"steps": 3}}
+NO_TABLE = {"quantities": ["measure"], "measure": 3}
 WRONG_OF = {"quantities": ["measure"], "measure": {"stops": 3}}
 REFUSED_SCENES: list[tuple[dict[str, Any], str]] = [
     ({"integrate": {"method": "rk-4", "iteration_tolerance": 1e-15}}, "nor an option of 'rk-4'"),
@@ -115,10 +111,7 @@ REFUSED_SCENES: list[tuple[dict[str, Any], str]] = [
     ({"observe": {"quantities": [], "every": 3}}, r"\[observe\] every = 3: nothing is observed"),
     ({"observe": NOTHING_OF}, r"\[observe\] measure = {'steps': 3}: 'measure' is observed neither"),
     ({"observe": WRONG_OF}, r"\[observe.measure\] stops = 3: expected no such option"),
-    (
-        {"observe": {"quantities": ["measure"], "measure": 3}},
-        r"\[observe\] measure = 3: no such key",
-    ),
+    ({"observe": NO_TABLE}, r"\[observe\] measure = 3: no such key"),
     ({"time": {"t_end": 1.0, "tau_end": 1.0}}, "exactly one"),
     ({"drift": {"t_end": 1.0, "tau_end": 1.0}}, "t_end or tau_end"),
     ({"compare": {"tau_end": 1.0}}, "expected t_end"),
@@ -171,42 +164,3 @@ def test_a_splitting_that_is_not_symplectic_is_not_called_so() -> None:
     other = dataclasses.replace(scene.problem, splitting=splitting)
     scene.model.problems[next(iter(scene.model.problems))] = other
     assert "symplectic" not in gi.make_plan(scene).method.reason
-
-
-# --- the command line -----------------------------------------------------------------------------
-
-
-def invoke(*arguments: Any) -> Any:
-    return CliRunner().invoke(main, [str(a) for a in arguments], env={"COLUMNS": "120"})
-
-
-REFUSED_LINES = {
-    "drift sphere-n3 --methods rk-4 --step 0.1": "write NAME:STEP",
-    "check sphere-n3 --methods rk-4 --method rk-4": "write NAME:STEP",
-    "drift sphere-n3 --observe spatial-momentum --representation reduced": "nothing to show",
-    "check sphere-n3 --t-end 1 --tau-end 1": "one of them",
-    "compare sphere-n3 --t-end 1 --tau-end 1": "exactly one of t_end and tau_end",
-    "compare sphere-n3 --tau-end 1": "expected t_end",
-    "compare sphere-n3 --methods ,": "names with commas",
-    "compare sphere-n3 --steps 0.1,a": "--steps = '0.1,a'",
-    "compare sphere-n3 --steps -0.1": "--steps",
-    "compare sphere-n3 --methods dop853-adaptive --steps 0.1": "choose their steps",
-    "compare neumann-n3 --reference exact --t-end 1": "no exact flow",
-    "exact hamiltonized-n3 --frames 5": "--frames",
-    "audit --brief --quiet": "--brief",
-    "stress --systems neumann --axis nothing": "no such axis",
-    "stress --systems ellipsoid-n3 --axis step": "no case has these",
-    "stress --methods rattle-2 --systems ball-full-n4": "fits any of these cases",
-    "stress --seconds 0": "--seconds",
-    "inertia --a 1,2 --moments 1,2,3": "exactly one",
-    "inertia --a 1,2 --d 1 --m 1": "--m and --rho alone",
-}
-
-
-@pytest.mark.parametrize("line", REFUSED_LINES)
-def test_a_command_refuses(line: str, tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    result = invoke(*line.split())
-    assert result.exit_code == 2
-    assert REFUSED_LINES[line] in result.stderr
-    assert "Traceback" not in result.stderr

@@ -6,6 +6,7 @@ import contextlib
 import inspect
 import itertools
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -76,6 +77,8 @@ def commands() -> dict[str, click.Command]:
 def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None) -> list[Any]:
     """Record what commands ask of the rest, where that would take long, instead of doing it."""
     found: list[Any] = []
+    clock = time.perf_counter
+    monkeypatch.setattr(time, "perf_counter", lambda: 100.0 * clock())  # shorter trials
 
     def stop(*args: Any) -> None:
         found.append(seen(args))
@@ -93,13 +96,11 @@ def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None) -> list[Any]:
     for kind in (planned.ChaosPlan, planned.ScanPlan, planned.SectionPlan):
         monkeypatch.setattr(kind, "run", run)
     for name in ("checked_steps", "find_peers", "whole"):
-        noting = getattr(compared, name)
-        monkeypatch.setattr(
-            compared, name, lambda *args, noting=noting: found.append(seen(args)) or noting(*args)
-        )
-    monkeypatch.setattr(
-        compared, "endpoint_of", lambda model, *args: stop(seen(model.states), *args[:2])
-    )
+        call = getattr(compared, name)
+        noting = lambda *args, call=call: found.append(seen(args)) or call(*args)  # noqa: E731
+        monkeypatch.setattr(compared, name, noting)
+    stopping = lambda model, *args: stop(seen(model.states), *args[:2])  # noqa: E731
+    monkeypatch.setattr(compared, "endpoint_of", stopping)
     return found
 
 

@@ -24,10 +24,12 @@ from tests.compare.circle import (
     turning,
     with_time,
 )
+from tests.rows import examples
 
 pytestmark = pytest.mark.nojit
 
 
+@examples(4)
 @given(st.floats(-20.0, 20.0).filter(lambda t: abs(t) > 1e-12), st.integers(-150, 150))
 def test_a_short_run_is_confirmed_without_any_compiled_code(end, power):
     """Of any sign and any unit; physical time is confirmed too."""
@@ -162,8 +164,7 @@ class Turning:
 
 
 @pytest.mark.parametrize(
-    ("motion", "word"),
-    [(Turning(1e-4), "differs by"), (Turning(0.0, 1e-3), r"errs by 0\.001")],
+    ("motion", "word"), [(Turning(1e-4), "differs by"), (Turning(0.0, 1e-3), r"errs by 0\.001")]
 )
 def test_an_exact_flow_that_is_not_is_refused(motion, word):
     for problem, end in ((CIRCLE, {"t_end": 3.0}), (IN_TAU, {"tau_end": 3.0})):

@@ -141,14 +141,10 @@ def test_names_depend_on_everything():
 
     two = gi.Problem("circle", (("x", 1), ("y", 1)), field=CIRCLE.field)
     names = {
-        name_of(make(), EAST, 1.0),
-        name_of(make(), EAST, 2.0),
-        name_of(make(), np.array([1.0, 1e-16]), 1.0),
-        name_of(make(params=[1.0]), EAST, 1.0),
-        name_of(make(field=driven), EAST, 1.0),
-        name_of(two, EAST, 1.0),
-        name_of(IN_TAU, EAST, 1.0),
-    }
+        name_of(make(), EAST, 1.0), name_of(make(), EAST, 2.0),
+        name_of(make(), np.array([1.0, 1e-16]), 1.0), name_of(make(params=[1.0]), EAST, 1.0),
+        name_of(make(field=driven), EAST, 1.0), name_of(two, EAST, 1.0), name_of(IN_TAU, EAST, 1.0),
+    }  # fmt: skip
     assert len(names) == 7
     assert name_of(make(), EAST, 1.0) == name_of(CIRCLE, EAST, 1.0)
 
@@ -188,11 +184,7 @@ def test_what_is_known_of_a_reference(error, second, known):
     ("wrong", "told", "known"),
     [
         # Both steps are off by 0.0045 and say 0.
-        (
-            lambda y, end, h: y + EAST * 0.0045,
-            ("double-double", "SciPy", "1e-05"),
-            0.0045,
-        ),
+        (lambda y, end, h: y + EAST * 0.0045, ("double-double", "SciPy", "1e-05"), 0.0045),
         (lambda y, end, h: y + EAST * 0.14 * h, ("errs by",), None),
     ],
 )

@@ -26,23 +26,15 @@ __all__ = ["line_verdict"]
 WRITING = ("run", "drift", "compare", "scan", "section", "chaos", "exact")
 COMMANDS = (*WRITING, *("run", "check") * 6, "warm", "scenes", "methods", "inertia")
 OPTIONS = {
-    "--method": ("gauss-2", "rk-4", "auto", "verlet-2"),
-    "--methods": ("gauss-2,rk-4:0.1", "rk-4"),
-    "--step": ("0.1", "0.05"),
-    "--tolerance": ("1e-3",),
-    "--t-end": ("0.3",),
-    "--tau-end": ("0.3",),
-    "--representation": ("own", "ball", "reduced"),
-    "--observe": ("energy", "all", "energy,K"),
-}
+    "--method": ("gauss-2", "rk-4", "auto", "verlet-2"), "--methods": ("gauss-2,rk-4:0.1", "rk-4"),
+    "--step": ("0.1", "0.05"), "--tolerance": ("1e-3",), "--t-end": ("0.3",), "--tau-end": ("0.3",),
+    "--representation": ("own", "ball", "reduced"), "--observe": ("energy", "all", "energy,K"),
+}  # fmt: skip
 FLAGS = ("--quiet", "--yes", "--paper", "--debug", "--help", "--version")
 NEW = ("new.nc", "new.csv", "new", "new/deeper/run.nc", "notes/run.nc", "notes", ".")
+AWAY = ("/", "..", "../a")
 HOSTILE = (
-    *(
-        t
-        for t in hostile.STRINGS
-        if len(t) < 300 and "\0" not in t and t not in ("/", "..", "../a")
-    ),
+    *(t for t in hostile.STRINGS if len(t) < 300 and "\0" not in t and t not in AWAY),
     *("-", "--", "-1", "/dev/null", "/dev/full", "/proc/self/mem", "\udcff.nc", "1e400", "nan"),
 )
 

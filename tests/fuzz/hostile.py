@@ -84,14 +84,9 @@ def near(rng: Random, value: Any) -> Any:
 
 def _near_text(rng: Random, text: str) -> str:
     at = rng.randint(0, len(text))
-    what = rng.randrange(5)
-    if what == 0:
-        return text[:at]
-    if what == 1:
-        return text[:at] + rng.choice(STRINGS[:27]) + text[at:]
-    if what == 2:
-        return text + rng.choice(("-suzuki-4", "-4", "-adaptive", ":0.1", "²", "/", "-10" * 30))
-    return text.upper() if what == 3 else text * rng.choice((2, 50))
+    more = rng.choice(("-suzuki-4", "-4", "-adaptive", ":0.1", "²", "/", "-10" * 30))
+    put = text[:at] + rng.choice(STRINGS[:27]) + text[at:]
+    return rng.choice((text[:at], put, text + more, text.upper(), text * rng.choice((2, 50))))
 
 
 def arrays(rng: Random, like: Any = None) -> Any:
@@ -101,30 +96,19 @@ def arrays(rng: Random, like: Any = None) -> Any:
         size = rng.choice((size, len(like), len(like)))
     numbers = [rng.choice((0.5, 1.0, rng.choice(NUMBERS))) for _ in range(size)]
     makers: tuple[Callable[[], Any], ...] = (
-        lambda: numbers,
-        lambda: np.array(numbers, dtype=object),
+        lambda: numbers, lambda: np.array(numbers, dtype=object),
         lambda: np.ma.masked_array(np.ones(size), mask=[i == 0 for i in range(size)]),
-        lambda: np.ones(size) * 1j,
-        lambda: np.ones(size, dtype=np.float32),
-        lambda: np.ones(size, dtype=bool),
-        lambda: np.full(size, 1e308),
-        lambda: np.full(size, 1e-320),
-        lambda: np.arange(size),
-        lambda: np.ones((size, 1)),
+        lambda: np.ones(size) * 1j, lambda: np.ones(size, dtype=np.float32),
+        lambda: np.ones(size, dtype=bool), lambda: np.full(size, 1e308),
+        lambda: np.full(size, 1e-320), lambda: np.arange(size), lambda: np.ones((size, 1)),
         lambda: np.ones((size, size)),
         lambda: np.eye(size) * rng.choice((1e308, 1e-308, -1.0, math.nan, 2.0)),
-        lambda: np.array(["1"] * size),
-        lambda: np.zeros(size, dtype="datetime64[s]"),
-        lambda: np.zeros(size, dtype=[("a", float)]),
-        lambda: range(size),
-        lambda: iter(numbers),
-        lambda: dict.fromkeys("abc", 1.0),
-        lambda: {1.0, 2.0, 3.0},
-        lambda: [[1.0, 2.0], [3.0]],
-        lambda: (Decimal(1), Fraction(1, 3), Decimal("NaN"))[: max(size, 1)],
-        lambda: b"123",
+        lambda: np.array(["1"] * size), lambda: np.zeros(size, dtype="datetime64[s]"),
+        lambda: np.zeros(size, dtype=[("a", float)]), lambda: range(size), lambda: iter(numbers),
+        lambda: dict.fromkeys("abc", 1.0), lambda: {1.0, 2.0, 3.0}, lambda: [[1.0, 2.0], [3.0]],
+        lambda: (Decimal(1), Fraction(1, 3), Decimal("NaN"))[: max(size, 1)], lambda: b"123",
         lambda: np.longdouble(3.0),
-    )
+    )  # fmt: skip
     return rng.choice(makers)()
 
 
@@ -161,54 +145,23 @@ def _nest(depth: int) -> Any:
 def objects(rng: Random) -> Any:
     """Return an object that only Python can hand over."""
     makers: tuple[Callable[[], Any], ...] = (
-        lambda: None,
-        object,
-        lambda: object,
-        lambda: len,
-        lambda: lambda: 1.0,
-        lambda: 1j,
-        lambda: complex("nan"),
-        lambda: Decimal("1e-400"),
-        lambda: Decimal("sNaN"),
-        lambda: Fraction(1, 3),
-        lambda: np.float64("nan"),
-        lambda: np.int64(3),
-        lambda: np.bool_(True),
-        lambda: np.array(3.0),
-        lambda: b"gauss-8",
-        lambda: "\ud800",
-        Unprintable,
-        Unmeasurable,
-        _cycle,
-        lambda: _nest(40),
-        lambda: _nest(100_000),
-        lambda: 7**20_000,
-        lambda: datetime(2000, 1, 1),
-        lambda: slice(1, 2),
-        lambda: {None: 1, 2: 3},
-        lambda: {"energy": None},
-        lambda: {"a/b": lambda params, t, y, work: 1.0},
-        lambda: ["energy", "energy"],
-        lambda: ["energy", 3],
-        lambda: [None],
-        lambda: [["energy"]],
-    )
+        lambda: None, object, lambda: object, lambda: len, lambda: lambda: 1.0, lambda: 1j,
+        lambda: complex("nan"), lambda: Decimal("1e-400"), lambda: Decimal("sNaN"),
+        lambda: Fraction(1, 3), lambda: np.float64("nan"), lambda: np.int64(3),
+        lambda: np.bool_(True), lambda: np.array(3.0), lambda: b"gauss-8", lambda: "\ud800",
+        Unprintable, Unmeasurable, _cycle, lambda: _nest(40), lambda: _nest(100_000),
+        lambda: 7**20_000, lambda: datetime(2000, 1, 1), lambda: slice(1, 2),
+        lambda: {None: 1, 2: 3}, lambda: {"energy": None},
+        lambda: {"a/b": lambda params, t, y, work: 1.0}, lambda: ["energy", "energy"],
+        lambda: ["energy", 3], lambda: [None], lambda: [["energy"]],
+    )  # fmt: skip
     return rng.choice(makers)()
 
 
 _RAW: tuple[Callable[[], str], ...] = (
-    lambda: "9" * 5000,
-    lambda: "0x" + "f" * 5000,
-    lambda: "1." + "3" * 5000,
-    lambda: "1e999",
-    lambda: "-nan",
-    lambda: "[" * 150 + "]" * 150,
-    lambda: "[" * 5000 + "]" * 5000,
-    lambda: "{a=" * 3000 + "1" + "}" * 3000,
-    lambda: "1979-05-27T07:32:00Z",
-    lambda: "07:32:00",
-    lambda: '"' + "\\u0000" + '"',
-    lambda: "'''" + "\n" * 100 + "'''",
-    lambda: "[" + "0.5," * 20_000 + "]",
-    lambda: "1_000",
-)
+    lambda: "9" * 5000, lambda: "0x" + "f" * 5000, lambda: "1." + "3" * 5000, lambda: "1e999",
+    lambda: "-nan", lambda: "[" * 150 + "]" * 150, lambda: "[" * 5000 + "]" * 5000,
+    lambda: "{a=" * 3000 + "1" + "}" * 3000, lambda: "1979-05-27T07:32:00Z", lambda: "07:32:00",
+    lambda: '"' + "\\u0000" + '"', lambda: "'''" + "\n" * 100 + "'''",
+    lambda: "[" + "0.5," * 20_000 + "]", lambda: "1_000",
+)  # fmt: skip

@@ -165,20 +165,16 @@ def command_verdict(arguments: list[str], folder: Path, seconds: float = 0.0) ->
         for errors in ("strict", "backslashreplace")
     ]
     returned: list[Any] = []
-    before = os.getcwd()
-    os.chdir(folder)
-    try:
-        with (
-            contextlib.redirect_stdout(streams[0]),
-            contextlib.redirect_stderr(streams[1]),
-            files_written() as paths,
-            alarm(seconds, 5.0) if seconds else contextlib.nullcontext(),
-        ):
-            verdict = judged(
-                lambda: returned.append(main.main(arguments, "geomint", standalone_mode=False))
-            )
-    finally:
-        os.chdir(before)
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(streams[0]),
+        contextlib.redirect_stderr(streams[1]),
+        files_written() as paths,
+        alarm(seconds, 5.0) if seconds else contextlib.nullcontext(),
+    ):
+        verdict = judged(
+            lambda: returned.append(main.main(arguments, "geomint", standalone_mode=False))
+        )
     outside = stray(paths, folder)
     if outside:
         return Judged("stray file", ", ".join(outside)[:300]), None

@@ -8,7 +8,6 @@ import dataclasses
 import hashlib
 import inspect
 import io
-import os
 import pickle
 import tempfile
 from collections.abc import Iterator
@@ -36,9 +35,8 @@ def genuine() -> bytes:
     """Return a run with events, drifts and dense output, of a method that no name gives."""
     problem, y0 = examples()[1]
     method = gi.find_method("gauss-2").with_options(max_iterations=77)
-    found = gi.solve(
-        problem, y0, t_end=0.05, step=0.01, method=method, observe="all", compiled=False, dense=True
-    )
+    run = {"t_end": 0.05, "step": 0.01, "method": method, "observe": "all", "dense": True}
+    found = gi.solve(problem, y0, compiled=False, **run)
     with tempfile.TemporaryDirectory() as folder:
         found.save(Path(folder) / "run.nc")
         return (Path(folder) / "run.nc").read_bytes()
@@ -88,18 +86,16 @@ def damaged(rng: Random) -> tuple[bytes, bool]:
         _word(rng, data)
     else:
         for _ in range(length):
-            data[rng.choice((rng.randrange(3000), rng.randrange(len(data))))] ^= 1 << rng.randrange(
-                8
-            )
+            place = rng.choice((rng.randrange(3000), rng.randrange(len(data))))
+            data[place] ^= 1 << rng.randrange(8)
     fits = rng.random() < 0.7
     return sealed(bytes(data)) if fits else bytes(data), fits
 
 
 def _word(rng: Random, data: bytearray) -> None:
     """Put another value of the same length into the JSON of the header."""
-    digits = [
-        i for i in range(400, min(len(data), 20_000)) if data[i : i + 1] in b'0123456789"{[,:'
-    ]
+    header = range(400, min(len(data), 20_000))
+    digits = [i for i in header if data[i : i + 1] in b'0123456789"{[,:']
     at = rng.choice(digits)
     word = rng.choice((*map(str, NUMBERS[:20]), *STRINGS[:30], "null", "NaN", "[]", "{}", "true"))
     data[at : at + len(word.encode())] = word.encode()
@@ -108,23 +104,13 @@ def _word(rng: Random, data: bytearray) -> None:
 def _looked_at(run: gi.Solution, other: gi.Solution) -> None:
     """Do what shows, compares, copies and writes a run, but neither asks for code nor goes on."""
     looks = (
-        lambda: repr(run),
-        lambda: run == other,
-        lambda: hash(run),
-        lambda: copy.copy(run),
-        lambda: copy.deepcopy(run),
-        lambda: dataclasses.asdict(run),
-        lambda: dataclasses.replace(run),
-        lambda: inspect.getmembers(run),
-        lambda: [getattr(run, name, None) for name in dir(run)],
-        lambda: pickle.dumps(run),
-        lambda: run.provenance,
-        lambda: run.to_xarray(),
-        lambda: run.to_dataframe(),
-        lambda: run.as_saved(),
-        lambda: run.save("again.nc"),
-        lambda: gi.cite(run),
-    )
+        lambda: repr(run), lambda: run == other, lambda: hash(run), lambda: copy.copy(run),
+        lambda: copy.deepcopy(run), lambda: dataclasses.asdict(run),
+        lambda: dataclasses.replace(run), lambda: inspect.getmembers(run),
+        lambda: [getattr(run, name, None) for name in dir(run)], lambda: pickle.dumps(run),
+        lambda: run.provenance, lambda: run.to_xarray(), lambda: run.to_dataframe(),
+        lambda: run.as_saved(), lambda: run.save("again.nc"), lambda: gi.cite(run),
+    )  # fmt: skip
     for look in looks:
         with contextlib.suppress(gi.GeomintError):
             look()
@@ -139,22 +125,17 @@ def _arrays(run: gi.Solution) -> Iterator[np.ndarray]:
 def file_verdict(rng: Random) -> Judged:
     """Return the verdict on reading a saved run, and on looking at what was read."""
     data, fits = damaged(rng)
-    before = os.getcwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            Path("run.nc").write_bytes(data)
-            Path("plain.nc").write_bytes(genuine())
-            plain, read = gi.load("plain.nc"), []
-            found = judged(lambda: read.append(gi.load("run.nc")))
-            if read and not fits:
-                a, b = ([x.tobytes() for x in _arrays(run)] for run in (read[0], plain))
-                if a != b:
-                    return Judged("silent read", "a run that was damaged")
-            if read:
-                found = judged(lambda: _looked_at(read[0], plain))
-            if Path(MARK).exists():
-                return Judged("execution", found.detail)
-        finally:
-            os.chdir(before)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        Path("run.nc").write_bytes(data)
+        Path("plain.nc").write_bytes(genuine())
+        plain, read = gi.load("plain.nc"), []
+        found = judged(lambda: read.append(gi.load("run.nc")))
+        if read and not fits:
+            a, b = ([x.tobytes() for x in _arrays(run)] for run in (read[0], plain))
+            if a != b:
+                return Judged("silent read", "a run that was damaged")
+        if read:
+            found = judged(lambda: _looked_at(read[0], plain))
+        if Path(MARK).exists():
+            return Judged("execution", found.detail)
     return found

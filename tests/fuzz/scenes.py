@@ -152,16 +152,8 @@ def _likely(rng: Random, key: str) -> Any:
         found = names[key]()
         return found if key == "methods" else rng.choice(found)
     counts = (
-        "every",
-        "repeats",
-        "points",
-        "motions",
-        "seed",
-        "max_iterations",
-        "max_steps",
-        "n",
-        "r",
-    )
+        "every", "repeats", "points", "motions", "seed", "max_iterations", "max_steps", "n", "r",
+    )  # fmt: skip
     if key in counts:
         return rng.choice((1, 2, 3, 1000, 2**31, 2**53, 2**63, 10**30))
     if key == "iteration":
@@ -232,18 +224,13 @@ def mutated_text(rng: Random, run: bool = False) -> bytes:
 def _spoiled(rng: Random, text: str) -> str:
     lines = text.split("\n")
     at, line = rng.randint(0, len(text)), rng.randrange(len(lines))
-    what = rng.randrange(7)
-    if what == 0:
-        return text[:at] + rng.choice(hostile.STRINGS[:27]) + text[at:]
-    if what == 1:
-        return text[:at]
-    if what == 2:
-        return "\n".join([*lines[:line], lines[line], *lines[line:]])
-    if what == 3:
-        return "\n".join(lines[:line] + lines[line + 1 :])
-    if what == 4:
-        rng.shuffle(lines)
-        return "\n".join(lines)
-    if what == 5:
-        return text.replace("\n", "\r\n")
-    return text + "a" + ".a" * rng.choice((10, 2000)) + " = 1\n"
+    found = (
+        text[:at] + rng.choice(hostile.STRINGS[:27]) + text[at:],
+        text[:at],
+        "\n".join([*lines[:line], lines[line], *lines[line:]]),
+        "\n".join(lines[:line] + lines[line + 1 :]),
+        "\n".join(rng.sample(lines, len(lines))),
+        text.replace("\n", "\r\n"),
+        text + "a" + ".a" * rng.choice((10, 2000)) + " = 1\n",
+    )
+    return rng.choice(found)

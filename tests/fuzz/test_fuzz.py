@@ -19,28 +19,28 @@ SECONDS = 10.0
 RANDOM = st.randoms(use_true_random=False)
 
 
-@examples(40)
+@examples(20)
 @given(RANDOM)
 def test_scenes_are_checked(rng: Random) -> None:
     found = check_scene(scenes.mutated_text(rng), [])
     assert not found.bad, found
 
 
-@examples(80)
+@examples(50)
 @given(RANDOM)
 def test_calls_are_answered(rng: Random) -> None:
     found = call_verdict(rng, SECONDS)
     assert not found.bad, found
 
 
-@examples(80)
+@examples(40)
 @given(RANDOM)
 def test_saved_runs_are_refused_or_read(rng: Random) -> None:
     found = file_verdict(rng)
     assert not found.bad, found
 
 
-@examples(25)
+@examples(8)
 @given(RANDOM)
 def test_commands_lose_and_run_nothing(rng: Random) -> None:
     found = line_verdict(rng, SECONDS)

@@ -2,8 +2,6 @@
 
 import copy
 import pickle
-import subprocess
-import sys
 
 import pytest
 
@@ -84,30 +82,10 @@ def test_messages_are_bounded_and_steer_no_terminal():
     assert str(gi.SceneError("a\n\tb")) == "a\n\tb"
 
 
-POOL = """
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-
-import geomint as gi
-
-
-def fail():
+def test_an_error_of_a_run_comes_back_with_what_there_is_of_it():
     scene = gi.load_scene("sphere-n3").changed(integrate={"step": 40.0, "iteration": "fixed-point"})
-    gi.solve(scene.problem, scene.state, t_end=80.0, method=scene.method, step=40.0, compiled=False)
-
-
-if __name__ == "__main__":
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        error = pool.submit(fail).exception(timeout=120)
-    print(type(error).__name__, error.partial.status)
-"""
-
-
-def test_a_pool_gets_the_error_of_its_worker(tmp_path):
-    """With what there is of the run."""
-    script = tmp_path / "pool.py"
-    script.write_text(POOL, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, check=False
-    )
-    assert done.stdout == "ConvergenceError failed\n", done.stderr
+    run = {"t_end": 80.0, "method": scene.method, "step": 40.0, "compiled": False}
+    with pytest.raises(gi.ConvergenceError) as failed:
+        gi.solve(scene.problem, scene.state, **run)
+    again = pickle.loads(pickle.dumps(failed.value)).partial
+    assert (again.status, again) == ("failed", failed.value.partial)

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, strategies as st
 from scipy.io import netcdf_file
 
 import geomint as gi
+from tests.outputs.test_saved_runs import MODULE
 from tests.rows import examples
 from tests.series import drift_of_series
 
@@ -68,25 +69,27 @@ def through(solution, path, provenance=None):
     return gi.load(path)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_every_problem_of_every_scene(name, tmp_path):
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (number % 3 > 0))
+        for number, name in enumerate(PROBLEMS)
+    ],
+)
+def test_every_problem_of_every_scene_by_every_method(name, tmp_path):
     problem = PROBLEMS[name]
     number = list(PROBLEMS).index(name)
-    solution = made(problem, METHODS[number % len(METHODS)], seed=number)
+    method = METHODS[number % len(METHODS)]
+    solution = made(problem, method, seed=number)
     found = through(solution, tmp_path / "run.nc")
     assert found == solution
+    told = (found.method, found.by.name, found.by.adaptive)
+    assert told == (method, method.name, method.adaptive)
     assert gi.load(tmp_path / "run.nc", trust=True).problem == problem
     for piece, shape in problem.shapes.items():
         values = found.to_xarray()[piece]
         assert values.shape == (3, *shape)
         np.testing.assert_array_equal(values.values.reshape(3, -1), solution.piece(piece))
-
-
-def test_every_method(tmp_path):
-    for method in METHODS:
-        found = through(made(SHORT[0], method), tmp_path / "run.nc")
-        told = (found.method, found.by.name, found.by.adaptive)
-        assert told == (method, method.name, method.adaptive)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +146,7 @@ NAMES = st.sampled_from(
 BITS = st.integers(0, 2**64 - 1)
 
 
-@examples(10, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(6, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_any_names_and_numbers(data, tmp_path):
     names = data.draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
@@ -155,9 +158,8 @@ def test_any_names_and_numbers(data, tmp_path):
     size = states * problem.rows
     bits = data.draw(st.lists(BITS, min_size=size, max_size=size))
     y = np.array(bits, np.uint64).view(np.float64).reshape(states, problem.rows)
-    first, count = data.draw(st.floats(allow_nan=False, allow_infinity=False)), 0
-    if data.draw(st.booleans()):
-        count = 3
+    first = data.draw(st.floats(allow_nan=False, allow_infinity=False))
+    count = data.draw(st.sampled_from([0, 3]))
     times, values = np.arange(1.0, 4.0)[:count], np.array([1.0, 2.0, np.nan])[:count]
     changes = {"y": y, "drift": {}, "message": data.draw(st.text().filter(_writable))}
     if own == "tau" and data.draw(st.booleans()):
@@ -213,19 +215,6 @@ def test_without_an_optional_library(monkeypatch, library, name):
     assert error.value.what == f"Solution.{name}"
 
 
-MODULE = """
-import geomint as gi
-
-@gi.field
-def turn(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -y[0]
-
-def problem(speed=1.0):
-    return gi.Problem("turn", (("q", 1), ("p", 1)), params=[speed], field=turn)
-"""
-
-
 @pytest.fixture
 def module(tmp_path, monkeypatch):
     (tmp_path / "turning_module.py").write_text(MODULE)
@@ -252,13 +241,8 @@ def test_where_the_code_is_lost(module, tmp_path):
     again.y[0, 0] += 1.0
     assert found != again
     trusting = gi.load(path, trust=True)
-    for one, reason in (
-        (found, "trust=True for a file that you made"),
-        (trusting, "turning_module"),
-    ):
-        with pytest.raises(
-            gi.MissingCodeError, match=rf"{reason}|{reason}.*load\(path, prob"
-        ) as error:
+    for one, reason in ((found, "trust=True for a file that"), (trusting, "turning_module")):
+        with pytest.raises(gi.MissingCodeError, match=reason) as error:
             one.problem
         assert error.value.what == "problem 'turn'"
         assert "geomint.load(path, problem=…)" in str(error.value)
@@ -288,11 +272,8 @@ def test_the_problem_of_a_scene_is_found_by_its_system(tmp_path):
     assert found.problem == scene.problem
     lost = dataclasses.replace(gi.load(tmp_path / "run.nc").about, content=b"nothing", trusted=True)
     assert lost.found(unpickle=True) == scene.problem
-    for changes in (
-        {"params": np.zeros(3)},
-        {"system": {"name": "no such"}},
-        {"initial": {"x": 1}},
-    ):
+    no_such = {"name": "no such"}
+    for changes in ({"params": np.zeros(3)}, {"system": no_such}, {"initial": {"x": 1}}):
         with pytest.raises(gi.MissingCodeError):
             dataclasses.replace(lost, **changes).found(unpickle=True)
     assert json.loads(json.dumps(found.provenance)) == json.loads(json.dumps(provenance))

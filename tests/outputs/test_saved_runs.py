@@ -3,7 +3,6 @@
 import contextlib
 import copy
 import dataclasses
-import hashlib
 import importlib
 import inspect
 import itertools
@@ -22,6 +21,7 @@ from scipy.io import netcdf_file
 
 import geomint as gi
 from geomint.cli import main
+from tests.fuzz.saved import sealed
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
@@ -54,18 +54,21 @@ def test_nothing_is_read_later(solution, content, tmp_path):
     loaded.save(path)
     assert gi.load(path) == loaded
     path.write_bytes(b"something else")
+    assert loaded == solution == solution.as_saved()
+    assert repr(loaded) == repr(solution) == repr(solution.as_saved())
+    lines = repr(solution).splitlines()  # as full as 80 columns may be
+    assert max(map(len, lines)) <= 80
+    assert all(len(one) + len(more.split()[0]) >= 80 for one, more in itertools.pairwise(lines))
     assert np.array_equal(loaded.y, solution.y)
-    assert loaded.problem == solution.problem
-    assert loaded.method == solution.method
-    assert gi.solve(loaded, t_end=9.0, progress=False) == gi.solve(
-        solution, t_end=9.0, progress=False
-    )
+    assert (loaded.problem, loaded.method) == (solution.problem, solution.method)
+    one, other = (gi.solve(run, t_end=9.0, progress=False) for run in (loaded, solution))
+    assert one == other
 
 
 def test_whatever_byte_is_altered(content, tmp_path):
-    """All of the first thousand, where the header begins, and a thousand of the others."""
+    """Where the header begins, and any of the others."""
     draw = random.Random(0)
-    places = [*range(1000), *(draw.randrange(1000, len(content)) for _ in range(1000))]
+    places = [*range(500), *(draw.randrange(500, len(content)) for _ in range(500))]
     for place in places:
         damaged = bytearray(content)
         damaged[place] ^= 1 << draw.randrange(8)
@@ -108,15 +111,6 @@ def test_what_is_no_run_of_this_version(tmp_path):
             gi.load(place)
 
 
-def sealed(content):
-    """Return what somebody has changed with the checksum that fits it."""
-    place = content.index(b"checksum") + 16
-    content = bytearray(content)
-    content[place : place + 64] = b"0" * 64
-    content[place : place + 64] = hashlib.sha256(content).hexdigest().encode()
-    return bytes(content)
-
-
 def read_or_refused(path, content, **given):
     """Return a run that was read, which all that shows it can show, or None where it is refused."""
     path.write_bytes(content)
@@ -133,7 +127,7 @@ def read_or_refused(path, content, **given):
     return found
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(3000, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [50, pytest.param(3000, marks=pytest.mark.nightly)])
 def test_sealed_by_somebody_else(count, content, tmp_path):
     """Sizes and places in the header that are none, and a checksum that fits: no other error either."""
     draw = random.Random(0)
@@ -186,7 +180,7 @@ WORDS = ("run", "restart", "kept", "events", "options", "layout", "provenance", 
 WORDS += ("problem", "method", "adaptive", "time", "status", "message", "format")
 
 
-@pytest.mark.parametrize("count", [10, pytest.param(200, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [7, pytest.param(200, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", WORDS)
 def test_attributes_of_somebody_else(name, count, rich, tmp_path):
     """Other kinds in every key, none, nested without an end: one error, or a run that can be shown."""
@@ -256,9 +250,9 @@ def turn(params, t, y, out, work):
 def energy(params, t, y, work):
     return 0.5 * (y[0] * y[0] + y[1] * y[1])
 
-def problem():
-    pieces = (("q", 1), ("p", 1))
-    return gi.Problem("turn", pieces, field=turn, invariants={"energy": energy})
+def problem(speed=1.0):
+    pieces, energies = (("q", 1), ("p", 1)), {"energy": energy}
+    return gi.Problem("turn", pieces, [speed], field=turn, invariants=energies)
 
 class Own(gi.RungeKutta):
     pass
@@ -403,16 +397,16 @@ def test_what_unpickles_is_trusted_and_says_so(hostile):
 )
 def test_methods_are_names_and_options(method, tmp_path):
     """The file has no code of a method that is found by its name; it is the same one, options too."""
-    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 2.0})
-    step, plain = None if method.adaptive else 0.2, {"compiled": False}
-    run = gi.solve(scene.problem, scene.state, t_end=1.0, step=step, method=method, **plain)
+    scene = gi.load_scene("sphere-n3")
+    step, plain = None if method.adaptive else 0.1, {"compiled": False}
+    run = gi.solve(scene.problem, scene.state, t_end=0.2, step=step, method=method, **plain)
     run.save(tmp_path / "run.nc")
     with netcdf_file(tmp_path / "run.nc", mmap=False) as file:
         assert "_method_code" not in file.variables
         assert "_problem_code" in file.variables
     found = gi.load(tmp_path / "run.nc", scene.problem)
     assert (found.method, found.by.name) == (method, method.name)
-    rest, other = gi.solve(found, t_end=2.0, **plain), gi.solve(run, t_end=2.0, **plain)
+    rest, other = gi.solve(found, t_end=0.4, **plain), gi.solve(run, t_end=0.4, **plain)
     assert rest.y.tobytes() == other.y.tobytes()
     for value in (method, method.name):
         fits = value == method or gi.find_method(value) == method
@@ -427,7 +421,7 @@ def test_a_run_of_a_scene_needs_no_code(tmp_path):
     run.save(tmp_path / "run.nc")
     found = gi.load(tmp_path / "run.nc")
     assert found.problem == run.problem
-    assert gi.load(tmp_path / "run.nc").plot("energy").axes
+    assert found.plot("energy").axes
     assert gi.cite(gi.load(tmp_path / "run.nc")).text == gi.cite(run).text
     assert gi.solve(found, t_end=3.0).y.tobytes() == gi.solve(run, t_end=3.0).y.tobytes()
 
@@ -465,8 +459,7 @@ def test_any_number_is_a_parameter(number, tmp_path):
 
     told = {"one": number, "many": np.array([number, number])}
     problem = gi.Problem("fall", (("y", 1),), field=fall, parameters=told)
-    sol = gi.solve(problem, [1.0], t_end=1.0, step=0.5, compiled=False)
-    sol.save(tmp_path / "run.nc")
+    gi.solve(problem, [1.0], t_end=1.0, step=0.5, compiled=False).save(tmp_path / "run.nc")
     known = gi.load(tmp_path / "run.nc").about.parameters
     if isinstance(number, np.floating):
         assert known["one"] == known["many"][0] == np.float64(number)
@@ -487,14 +480,6 @@ def test_every_reader_sees_how_the_run_ended(solution, tmp_path, status):
         saved.piece("gama")
 
 
-def test_as_saved_is_what_load_gives(solution, content, tmp_path):
-    path = tmp_path / "run.nc"
-    path.write_bytes(content)
-    loaded, told = gi.load(path), solution.as_saved()
-    assert told == loaded == solution
-    assert repr(told) == repr(loaded) == repr(solution)
-
-
 def test_the_ending_of_a_name_tells_the_format(solution, content, tmp_path):
     """States as CSV, exactly; another ending than those of what can be written is refused before."""
     solution.save(tmp_path / "run.csv")
@@ -505,15 +490,10 @@ def test_the_ending_of_a_name_tells_the_format(solution, content, tmp_path):
     for name in ("run", "run-0.5", "run.nc"):
         solution.save(tmp_path / name)
         assert gi.load(tmp_path / name) == solution
-    section = gi.poincare_section(
-        solution.problem, solution.y[0], "gamma[0]", 2, step=0.1, progress=False
-    )
+    at = solution.problem, solution.y[0], "gamma[0]"
+    section = gi.poincare_section(*at, 2, step=0.1, progress=False)
     section.save(tmp_path / "section.csv")
-    for saving, wrong, right in (
-        (solution.save, "h5", ".nc, .csv"),
-        (solution.save, "json", ".nc, .csv"),
-        (section.save, "nc", ".csv"),
-    ):
+    for saving, wrong, right in ((solution.save, "h5", ".nc, .csv"), (section.save, "nc", ".csv")):
         with pytest.raises(gi.DomainError, match=f"path = .*a.{wrong}': .* ends in {right}"):
             saving(tmp_path / f"a.{wrong}")
         assert not (tmp_path / f"a.{wrong}").exists()
@@ -527,19 +507,14 @@ def test_names_that_a_result_lacks(solution):
     alone = gi.solve(solution.problem, solution.y[0], t_end=1.0, step=0.1, progress=False)
     many = gi.solve_ensemble(solution.problem, solution.y[:2], t_end=1.0, step=0.1, workers=1)
     for mapping, what, asked in (
-        (alone.drift, "drift", "observe=…"),
-        (alone.events, "events", "events=…"),
-        (many.drift, "drift", "observe=…"),
-        (many.events, "events", "events=…"),
+        *((one.drift, "drift", "observe=…") for one in (alone, many)),
+        *((one.events, "events", "events=…") for one in (alone, many)),
         (many.readings, "readings", "readings=…"),
     ):
-        with pytest.raises(
-            KeyError, match=rf"{what}\['energy'\]: no such name. There are none"
-        ) as e:
+        no_such = rf"{what}\['energy'\]: no such name. There are none.*Ask for more by {asked}"
+        with pytest.raises(KeyError, match=no_such) as e:
             mapping["energy"]
-        assert isinstance(e.value, gi.UnknownNameError)
-        assert str(e.value).endswith(f"Ask for more by {asked}")
-        assert mapping.get("energy") is None
+        assert (type(e.value), mapping.get("energy")) == (gi.UnknownNameError, None)
         assert pickle.loads(pickle.dumps(mapping)) == dict(mapping) == {}
     with pytest.raises(gi.UnknownNameError, match="Did you mean 'energy'"):
         solution.drift["enrgy"]

@@ -7,6 +7,7 @@ import dataclasses
 import importlib
 import json
 import pickle
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -87,14 +88,9 @@ CASES: dict[type[gi.GeomintWarning], tuple[Callable[[], Any], str]] = {
     gi.SpeedWarning: (slow, "single"),
     gi.DeclarationWarning: (no_body, "moments"),
 }
-RUNS = [kind for kind in CASES if kind is not gi.DeclarationWarning]
 
 
-def test_every_kind_has_a_case() -> None:
-    assert set(CASES) == set(gi.GeomintWarning.__subclasses__())
-
-
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", gi.GeomintWarning.__subclasses__())
 def test_shown_once_at_the_line_of_the_user_and_kept(kind: Any, tmp_path: Path) -> None:
     make, quantity = CASES[kind]
     with warnings.catch_warnings(record=True) as caught:
@@ -122,8 +118,7 @@ def test_shown_once_at_the_line_of_the_user_and_kept(kind: Any, tmp_path: Path) 
     if kind is gi.EndWarning:
         assert (told.size, told.time) == (sol.end_error.error, sol.end_error.until)
     if kind is gi.StepWarning:
-        assert 0.01 < told.size < 1.0
-        assert told.time == 2000.0
+        assert (0.01 < told.size < 1.0, told.time) == (True, 2000.0)
 
 
 def test_a_text_steers_no_terminal_and_can_be_written() -> None:
@@ -135,7 +130,7 @@ def test_a_text_steers_no_terminal_and_can_be_written() -> None:
 
 def test_a_run_that_fails_has_those_until_then() -> None:
     with pytest.warns(gi.StateWarning), pytest.raises(gi.StepError) as failed:
-        gi.solve(NEUMANN, OFF, t_end=50.0, step=30.0)
+        gi.solve(NEUMANN, OFF, t_end=1000.0, step=10.0, method="rk-4", **PLAIN)
     assert [w.kind for w in failed.value.partial.warnings] == ["StateWarning"]
 
 
@@ -193,6 +188,10 @@ SCENE: dict[str, Any] = {
 
 @pytest.mark.usefixtures("blank_pictures")
 def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def printed_of(runs: gi.SeveralRuns) -> str:
+        print_runs(runs)
+        return " ".join(capsys.readouterr().out.split())
+
     with pytest.warns(gi.StepWarning, match="energy"):
         runs = gi.drift_report(SCENE, tmp_path)
     (told,) = runs[0].solution.warnings
@@ -202,8 +201,11 @@ def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert str(told) in page
     local = f"{run['local_error']['largest']:.2g}, at t = "
     assert local in page
-    print_runs(runs)
-    printed = " ".join(capsys.readouterr().out.split())
+    printed = printed_of(runs)
+    steps, seconds, rate = re.search(r"(\d+) steps in (\S+) s \((\S+) a second\)", printed).groups()
+    assert float(rate) == pytest.approx(int(steps) / float(seconds), rel=0.02)
+    runs[0].solution.run_seconds = 0.0
+    assert "steps in 0 s (0 a second)" in printed_of(runs)
     assert f"local error: {local}" in printed
     assert "warnings: 1 StepWarning" in printed
 
@@ -231,8 +233,8 @@ def test_scans_have_a_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     told_before(monkeypatch, "scan")
     vary = {"initial.v[1]": [0.5, 1.0]}
     gi.scan_report(SCENE, tmp_path, False, vary=vary, show=["drift:energy"])
-    with (tmp_path / "scan.csv").open() as stream:
-        assert [row["warnings"] for row in csv.DictReader(stream)] == ["", "StepWarning"]
+    rows = csv.DictReader((tmp_path / "scan.csv").read_text("utf-8").splitlines())
+    assert [row["warnings"] for row in rows] == ["", "StepWarning"]
     record = json.loads((tmp_path / "scan.json").read_text("utf-8"))
     (of_json,) = record["warnings"]
     assert (record["warned"], of_json["member"], of_json["initial.v[1]"]) == (1, 1, 1.0)

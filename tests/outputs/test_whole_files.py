@@ -18,6 +18,7 @@ from geomint.report.pages import sealed
 from geomint.run.files import outputs, workplace
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
+root = pytest.mark.skipif(getattr(os, "geteuid", lambda: 1)() != 0, reason="root gives files away")
 
 
 def write(path, text="new"):
@@ -84,10 +85,9 @@ def test_nothing_but_regular_files_is_replaced(tmp_path, kind):
     else:
         path.symlink_to(os.devnull if kind == "link to a device" else path)
     before = path.lstat()
-    with pytest.raises(gi.OutputError):
-        gi.check_file(path)
-    with pytest.raises(gi.OutputError):
-        write(path)
+    for call in (gi.check_file, write):
+        with pytest.raises(gi.OutputError):
+            call(path)
     assert path.lstat()[:2] == before[:2]  # of the same kind, the same one
 
 
@@ -135,11 +135,8 @@ def test_what_is_read_is_not_written_over(tmp_path, way):
     for attempt in (gi.check_file, write, lambda path: gi.check_folder(path.parent, [path.name])):
         with pytest.raises(gi.OutputError, match=r"it is the input|a symlink, which is left"):
             attempt(place)
-    with (
-        pytest.raises(gi.OutputError, match=r"the input|a symlink"),
-        gi.whole_folder(tmp_path) as new,
-    ):
-        (new / place.name).write_text("new")
+    with pytest.raises(gi.OutputError, match=r"the input|a symlink"):
+        write_report(tmp_path, "new", [place.name])
     assert source.read_text() == place.read_text() == "old"
     assert leftovers(tmp_path) == []
     write(tmp_path / "third")  # whose neighbours may be read
@@ -155,11 +152,7 @@ def test_an_error_while_writing_leaves_the_old_file(tmp_path):
             unfinished.write_text("half", encoding="utf-8")
             raise failure
 
-    for failure in (
-        ValueError("of the writer"),
-        KeyboardInterrupt(),
-        OSError(errno.ENOSPC, "full"),
-    ):
+    for failure in (ValueError("of the writer"), KeyboardInterrupt(), OSError(errno.ENOSPC, "")):
         with pytest.raises((ValueError, KeyboardInterrupt, gi.OutputError)):
             write_half(failure)
         assert path.read_text(encoding="utf-8") == "old"
@@ -178,17 +171,16 @@ def test_a_full_disk_is_typed(tmp_path, monkeypatch, number):
         write(path)
     assert caught.value.errno == number
     assert path.read_text(encoding="utf-8") == "old"
-    with pytest.raises(gi.OutputError):
-        gi.check_file(path)
-    with pytest.raises(gi.OutputError):
-        gi.check_folder(tmp_path)
+    for check, place in ((gi.check_file, path), (gi.check_folder, tmp_path)):
+        with pytest.raises(gi.OutputError):
+            check(place)
     assert leftovers(tmp_path) == []
 
 
 NAMES = ("a.json", "b.png", "c.html")
 
 
-def write_report(folder, text, names=NAMES):
+def write_report(folder, text="new", names=NAMES):
     with gi.whole_folder(folder) as unfinished:
         for name in names:
             (unfinished / name).write_text(text, encoding="utf-8")
@@ -254,7 +246,7 @@ WRITER = """
 import sys
 from geomint.run.files.outputs import whole_file, whole_folder
 place, text = sys.argv[1:]
-for _ in range(25):
+for _ in range(15):
     with whole_file(place + "/file") as unfinished:
         unfinished.write_text(text * 200_000)
     with whole_folder(place + "/folder") as unfinished:
@@ -266,13 +258,13 @@ for _ in range(25):
 @posix
 def test_of_several_processes_the_last_complete_one_wins(tmp_path):
     command = [sys.executable, "-c", WRITER, str(tmp_path)]
-    writers = [subprocess.Popen([*command, text]) for text in "xyz"]
+    writers = [subprocess.Popen([*command, text]) for text in "xy"]
     file = tmp_path / "file"
     while any(w.poll() is None for w in writers):
         if file.exists():
             content = file.read_text(encoding="utf-8")
             assert (len(content), len(set(content))) == (200_000, 1)
-    assert [w.returncode for w in writers] == [0, 0, 0]
+    assert [w.returncode for w in writers] == [0, 0]
     found = contents(tmp_path / "folder")
     assert (sorted(found), len(set(found.values()))) == (list("abcdef"), 1)
     assert leftovers(tmp_path) == []
@@ -286,12 +278,9 @@ def test_another_process_that_keeps_the_folder(tmp_path, monkeypatch):
     fcntl.flock(descriptor, fcntl.LOCK_EX)
     monkeypatch.setattr(outputs, "PATIENCE", 0.05)
     try:
-        for call in (
-            lambda: write_report(tmp_path, "new"),
-            lambda: gi.check_folder(tmp_path, NAMES),
-        ):
+        for call, *given in ((write_report,), (gi.check_folder, NAMES)):
             with pytest.raises(gi.OutputError, match="somebody else is writing"):
-                call()
+                call(tmp_path, *given)
         gi.check_folder(tmp_path)  # of which nothing is to be replaced
     finally:
         os.close(descriptor)
@@ -354,49 +343,51 @@ def test_a_file_that_is_of_no_report_is_not_lost(tmp_path, mine):
     """Nor one that the user has changed; whether it would be written anew or only removed."""
     MINE[mine](tmp_path)
     before = contents(tmp_path)
-    for call in (
-        lambda: gi.check_folder(tmp_path, NAMES),
-        lambda: make_report(tmp_path, "new"),
-        lambda: make_report(tmp_path, "new", NAMES[:1]),
+    new, one = (tmp_path, "new"), (tmp_path, "new", NAMES[:1])
+    for call, *given in (
+        (gi.check_folder, tmp_path, NAMES),
+        (make_report, *new),
+        (make_report, *one),
     ):
         with pytest.raises(gi.OutputError, match=r"[ab]\..* of no earlier report.*left alone"):
-            call()
+            call(*given)
         assert contents(tmp_path) == before
     assert leftovers(tmp_path) == []
 
 
-KILLED_BETWEEN = """
-import os, sys
-from geomint.run.files import outputs
-from tests.outputs.test_whole_files import make_report
-put, left = outputs._put, []
+def killed(work):
+    """Let a process of its own do some work, which ends in the middle of it."""
+    child = os.fork()
+    if not child:
+        try:
+            work()
+        finally:
+            os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
 
-def kill(unfinished, target):
-    if not left[0]:
+
+def half_a_folder(place):
+    with gi.whole_folder(place):
         os._exit(9)
-    left[0] -= 1
-    put(unfinished, target)
-
-outputs._put = kill
-for after in range(3):
-    if not os.fork():
-        left.append(after)
-        make_report(f"{sys.argv[1]}/{after}", "old")
-    assert os.waitstatus_to_exitcode(os.wait()[1]) == 9
-"""
 
 
 @posix
-def test_a_first_report_that_was_killed_is_replaced(tmp_path):
+@pytest.mark.parametrize("after", range(3))
+def test_a_first_report_that_was_killed_is_replaced(after, tmp_path, monkeypatch):
     """What it has moved by then is told by its JSON, which comes first."""
-    run = [sys.executable, "-c", KILLED_BETWEEN, str(tmp_path)]
-    assert subprocess.run(run, cwd=Path(__file__).parents[2], check=False).returncode == 0
-    for after in range(3):
-        place = tmp_path / str(after)
-        assert len([path for path in place.iterdir() if path.name in NAMES]) == after
-        make_report(place, "new")
-        found = contents(place)
-        assert [found[name] for name in NAMES[1:]] == ["new", "new"]
+    put, moved = outputs._put, []
+
+    def kill(unfinished, target):
+        if len(moved) == after:
+            os._exit(9)
+        moved.append(put(unfinished, target))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(outputs, "_put", kill)
+        killed(lambda: make_report(tmp_path, "old"))
+    assert len([path for path in tmp_path.iterdir() if path.name in NAMES]) == after
+    make_report(tmp_path, "new")
+    assert [contents(tmp_path)[name] for name in NAMES[1:]] == ["new", "new"]
 
 
 def test_names_are_looked_at_before_the_work(tmp_path):
@@ -406,19 +397,11 @@ def test_names_are_looked_at_before_the_work(tmp_path):
         gi.check_folder(tmp_path, NAMES)
 
 
-KILLED = """
-import os, sys
-from geomint.run.files.outputs import whole_folder
-with whole_folder(sys.argv[1]) as unfinished:
-    os.kill(os.getpid(), 9)
-"""
-
-
 @posix
 def test_what_a_killed_process_left_is_removed(tmp_path):
     """Not what others are writing at, nor what only looks like it."""
     place = tmp_path / "report"
-    subprocess.run([sys.executable, "-c", KILLED, str(place)], check=False)
+    killed(lambda: half_a_folder(place))
     (left,) = leftovers(place)
     old = time.time() - 1000.0
     mine = [place / f"{workplace.LEFT}{name}" for name in ("mine", "0" * 16, "1" * 16, "2" * 16)]
@@ -468,11 +451,9 @@ def test_a_folder_that_takes_the_place_of_a_workplace_stays(tmp_path, monkeypatc
 
 
 @posix
-@pytest.mark.skipif(
-    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give folders away"
-)
+@root
 def test_what_another_user_left_stays(tmp_path):
-    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    killed(lambda: half_a_folder(tmp_path))
     (left,) = leftovers(tmp_path)[:1]
     os.chown(tmp_path / left, 12345, -1)
     os.utime(tmp_path / left, (0.0, 0.0))
@@ -531,7 +512,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
     def fail(*_):
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
-    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)
+    killed(lambda: half_a_folder(tmp_path))
     (left,) = leftovers(tmp_path)
     os.utime(tmp_path / left, (0.0, 0.0))
     monkeypatch.setattr(fcntl, "flock", fail)
@@ -542,12 +523,10 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
 
 
 @posix
-@pytest.mark.skipif(
-    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give files away"
-)
+@root
 def test_the_owner_stays(tmp_path):
     path = tmp_path / NAMES[0]
-    for writing in (write, lambda p: write_report(p.parent, "new")):
+    for writing in (write, lambda p: write_report(p.parent)):
         write(path)
         os.chown(path, 12345, 54321)
         path.chmod(0o640)
@@ -560,12 +539,12 @@ def test_the_owner_stays(tmp_path):
 def test_folders_that_cannot_be_are_told(tmp_path):
     (tmp_path / "file").touch()
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
+    file, dangling = tmp_path / "file", tmp_path / "dangling"
     for path, said in (
-        (tmp_path / "file", "file' is no folder; expected a folder, or nothing"),
-        (tmp_path / "file" / "further", "file' is no folder; expected a folder"),
-        (tmp_path / "dangling", "a symlink that leads nowhere; expected a folder"),
+        *((place, "file' is no folder; expected a folder") for place in (file, file / "further")),
+        (dangling, "a symlink that leads nowhere; expected a folder"),
         ("", "an empty name"),
     ):
-        for call in (gi.check_folder, lambda path: write_report(path, "new")):
+        for call in (gi.check_folder, write_report):
             with pytest.raises(gi.OutputError, match=said):
                 call(path)

@@ -12,9 +12,8 @@ _OWN = re.compile(r"\s*(#|\||[-*+] |\d+\. |>|:[\w-]+:|\(.*\)=$|<|\$\$|%|\+\+\+|:
 _FENCE = re.compile(r"\s*(`{3,}|:{3,})(\{?[\w-]*)")
 _IN_PROSE = ("{figure", "{note", "{grid", "{tip", "{warning")  # directives whose contents are prose
 
-WRITTEN = [
-    path for path in PAGES if not path.stem.endswith("-table")
-]  # tables are made by programs
+# Tables are made by programs.
+WRITTEN = [path for path in PAGES if not path.stem.endswith("-table")]
 
 
 def joined(text: str) -> str:

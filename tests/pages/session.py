@@ -30,9 +30,7 @@ NOT_RUN = ("pip", "python -m venv", "geomint check bad.toml")
 PATIENCE = re.compile(r"geomint: (.* …|compiling .*)$")
 # Pages are written on a processor with AVX-512, by linear algebra made for it. Others round initial
 # states in another way: roundings are others, and so are iterations.
-WRITTEN_HERE = bool(
-    get_host_cpu_features().get("avx512f") and "OPENBLAS_CORETYPE" not in os.environ
-)
+WRITTEN_HERE = get_host_cpu_features().get("avx512f") and "OPENBLAS_CORETYPE" not in os.environ
 NEAR = 0.1
 _SMALL = r"e[−-](?:1[3-9]|[2-9]\d)"
 _ROUNDINGS = re.compile(rf"\([−-]?[\d.]+ ± [\d.]+\){_SMALL}|[−-]?[\d.]+{_SMALL}")
@@ -55,10 +53,7 @@ def run_command(text: str, folder: Path) -> list[str]:
     """Return what a command prints, both streams in their order; geomint's run in this process."""
     words = shlex.split(text)
     if words[0] != "geomint":
-        done = subprocess.run(
-            ["bash", "-c", text], cwd=folder, capture_output=True, text=True, check=True
-        )
-        return done.stdout.splitlines()
+        return subprocess.check_output(["bash", "-c", text], cwd=folder, text=True).splitlines()
     with contextlib.chdir(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         result = CliRunner().invoke(main, words[1:], env={"COLUMNS": WIDTH})

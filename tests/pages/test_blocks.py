@@ -20,6 +20,7 @@ from scipy.integrate import solve_ivp
 
 import geomint as gi
 from geomint.cli import main
+from tests.cli.calls import install
 from tests.pages.blocks import PAGES, Block, blocks, commands, examples, invocations, page
 from tests.pages.session import NOT_RUN, alike, is_slow, outputs, printed, same
 
@@ -39,9 +40,8 @@ def at_night(names: list[str]) -> list[Any]:
 
 
 def test_every_console_is_run_somewhere() -> None:
-    for path in PAGES:
-        if any(block.info == "console" for block in blocks(path)):
-            assert path.stem in {*CONSOLES, *WRITTEN, "audit"}
+    shown = {p.stem for p in PAGES if any(block.info == "console" for block in blocks(p))}
+    assert shown <= {*CONSOLES, *WRITTEN, "audit"}
 
 
 @pytest.mark.parametrize(
@@ -90,23 +90,15 @@ def check_readme(scope: dict[str, object]) -> None:
         assert isinstance(sol, gi.Solution)
         assert not sol.warnings
         assert sol.drift["energy"].max_abs_error < energy
-    exact = solve_ivp(
-        lambda t, y: [y[1], -np.sin(y[0])], (0, 1000), [2, 0], "DOP853", rtol=1e-12, atol=1e-12
-    ).y[:, -1]
-    np.testing.assert_allclose(sol.y[-1], exact, atol=2e-8)
+    tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    exact = solve_ivp(lambda t, y: [y[1], -np.sin(y[0])], (0, 1000), [2, 0], **tight)
+    np.testing.assert_allclose(sol.y[-1], exact.y[:, -1], atol=2e-8)
 
 
 def installed(folder: Path, entry_points: str) -> None:
     """Make the entry points of a pyproject.toml known, as an installation would."""
     groups = tomllib.loads(entry_points)["project"]["entry-points"]
-    info = folder / "page-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: page\nVersion: 1.0\n", "utf-8")
-    lines = [
-        f"[{group}]\n" + "".join(f"{name} = {place}\n" for name, place in entries.items())
-        for group, entries in groups.items()
-    ]
-    (info / "entry_points.txt").write_text("\n".join(lines), "utf-8")
+    install(folder, "page", {group.removeprefix("geomint."): of for group, of in groups.items()})
 
 
 def forget() -> None:
@@ -142,7 +134,6 @@ def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
     installed(package, entry_points.text)
     assert gi.find_method("ralston-4").order == 4
     scope: dict[str, object] = {}
-    assert order.output is not None
     assert printed(order.source, scope, "add-a-method", 0) == order.output.text
     (package / "midpoint.py").write_text(midpoint.source, "utf-8")
     exec("from midpoint import MIDPOINT_2", scope)
@@ -163,15 +154,9 @@ def tops(package: Path) -> tuple[Path, str, list[str]]:
     *own, tests, top, sleigh, suslov, others = files
     scene, project, other_scene, other_point = (b.text for b in by_info("add-a-system", "toml"))
     (package / "tops").mkdir()
-    for name, text in (
-        ("__init__.py", ""),
-        ("free_top.py", "\n\n".join(own)),
-        ("free-top.toml", scene),
-        ("heavy_top.py", top),
-        ("sleigh.py", sleigh),
-        ("suslov.py", suslov),
-        ("suslov.toml", other_scene),
-    ):
+    names = ("__init__.py", "free_top.py", "free-top.toml", "heavy_top.py", "sleigh.py")
+    texts = ("", "\n\n".join(own), scene, top, sleigh, suslov, other_scene)
+    for name, text in zip((*names, "suslov.py", "suslov.toml"), texts, strict=True):
         (package / "tops" / name).write_text(text, "utf-8")
     installed(package, project.replace("free-top =", f"{other_point.splitlines()[1]}\nfree-top ="))
     return package, scene, [tests, others]
@@ -207,11 +192,9 @@ def test_systems_of_ones_own_work_as_their_page_says(
 def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
     """What is printed, the files of the page, and its tests."""
     shown, space, particle, group, *tests = examples(page("add-a-space"))
-    assert shown.output is not None
     assert printed(shown.source, {}, "add-a-space", 0).rstrip() == shown.output.text.rstrip()
-    (package / "hyperboloid.py").write_text(space.source, "utf-8")
-    (package / "particle.py").write_text(particle.source, "utf-8")
-    (package / "integrator.py").write_text(group.source, "utf-8")
+    for name, block in (("hyperboloid", space), ("particle", particle), ("integrator", group)):
+        (package / f"{name}.py").write_text(block.source, "utf-8")
     scope: dict[str, object] = {}
     for block in tests:
         exec(compile(block.source, "test_hyperboloid.py", "exec"), scope)
@@ -228,7 +211,6 @@ def test_a_diagnostic_of_ones_own_works_as_its_page_says(
     entry_points, options = (b.text for b in by_info("add-a-diagnostic", "toml"))
     (package / "stretching.py").write_text(file.source, "utf-8")
     installed(package, entry_points)
-    assert shown.output is not None
     assert printed(shown.source, {"gi": gi}, "add-a-diagnostic", 0) == shown.output.text
     scope: dict[str, object] = {}
     exec(compile(test.source, "test_stretching.py", "exec"), scope)

@@ -93,16 +93,9 @@ FORM_WORDS = {"ODE": "field", "separable Hamiltonian": "hamiltonian", "Hamiltoni
 
 def test_forms_of_the_page_on_systems() -> None:
     text = page("systems").read_text("utf-8")
-    table = [
-        row
-        for head in (
-            "## The chain of the Chaplygin sphere",
-            "## Without slipping and twisting, and about a fixed point",
-            "## Holonomic relatives",
-        )
-        for row in rows(text, head, 5)
-        if row[3].startswith("`")
-    ]
+    heads = ("## The chain of the Chaplygin sphere", "## Holonomic relatives")
+    heads += ("## Without slipping and twisting, and about a fixed point",)
+    table = [row for head in heads for row in rows(text, head, 5) if row[3].startswith("`")]
     seen = set()
     for _, _, forms, made_by, scene in table:
         code = made_by.strip("`").split("(")[0]

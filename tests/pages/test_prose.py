@@ -9,7 +9,7 @@ import click
 import pytest
 
 from geomint.cli import main
-from tests.pages.blocks import page
+from tests.pages.blocks import ROOT, page
 from tests.pages.prose import WRITTEN, joined
 
 # Words for which "How we write" in CONTRIBUTING has plainer ones.
@@ -31,6 +31,15 @@ def test_what_is_joined() -> None:
     assert joined(kept) == kept
     assert joined(figure.replace("One two", "One\ntwo")) == figure
     assert joined("one\ntwo\n\n- a\n  b\n- c\n") == "one two\n\n- a b\n- c\n"
+
+
+def test_pages_of_the_gallery_are_short() -> None:
+    """And begin with a title; the build of the docs runs them."""
+    examples = sorted((ROOT / "docs" / "examples").glob("*.py"))
+    assert len(examples) >= 10
+    for path in examples:
+        lines = path.read_text("utf-8").splitlines()
+        assert (len(lines) <= 30, lines[0], lines[2]) == (True, '"""', "=" * len(lines[1])), path
 
 
 def test_the_front_door_is_plain() -> None:

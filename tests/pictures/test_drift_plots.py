@@ -11,15 +11,10 @@ from tests.series import drift_of_series
 N = 4000
 T = np.arange(1, N + 1) / N
 SERIES = {
-    "oscillation": 1e-9 * np.sin(300.0 * T),
-    "line": 1e-10 * T,
-    "zero": np.zeros(N),
-    "half-zero": np.where(T < 0.5, 0.0, 1e-15),
-    "not-finite": np.where(T < 0.9, T**3, np.nan),
-    "huge": 1e300 * T,
-    "one": np.array([1e-3]),
-    "none": np.zeros(0),
-}
+    "oscillation": 1e-9 * np.sin(300.0 * T), "line": 1e-10 * T, "zero": np.zeros(N),
+    "half-zero": np.where(T < 0.5, 0.0, 1e-15), "not-finite": np.where(T < 0.9, T**3, np.nan),
+    "huge": 1e300 * T, "one": np.array([1e-3]), "none": np.zeros(0),
+}  # fmt: skip
 
 
 def drift(name, sign=1.0):

@@ -55,23 +55,15 @@ def record_of(folder):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("report")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    return gi.drift_report(SCENE, folder, progress=False), record_of(folder), Page(folder)
 
 
-@pytest.fixture(scope="module")
-def report(folder):
-    return gi.drift_report(SCENE, folder, progress=False)
-
-
-@pytest.fixture(scope="module")
-def record(report, folder):
-    return record_of(folder)
-
-
-@pytest.fixture(scope="module")
-def page(report, folder):
-    return Page(folder)
+report, record, page = (
+    pytest.fixture(name=name)(lambda made, i=i: made[i])
+    for i, name in enumerate(("report", "record", "page"))
+)
 
 
 def test_parameters_are_those_given(page):
@@ -110,10 +102,8 @@ def test_the_numbers_are_those_of_the_solution(record, report):
 
 def test_provenance_is_complete(record):
     provenance, run = record["provenance"], record["methods"]["cf-4"]["run"]
-    for key in ("geomint", "python", "numpy", "numba"):
-        assert provenance["versions"][key]
-    for key in ("cpu", "platform", "date", "scene_toml", "scene_hash"):
-        assert provenance[key]
+    assert all(provenance["versions"][key] for key in ("geomint", "python", "numpy", "numba"))
+    assert all(provenance[key] for key in ("cpu", "platform", "date", "scene_toml", "scene_hash"))
     assert (run["step"], run["method"], run["status"]) == (0.02, "cf-4", "success")
     assert run["field_evaluations"] == 4 * run["steps"] == 8000
 
@@ -141,9 +131,8 @@ def test_the_page_loads_nothing(page):
     assert len(page.images) == 8  # motion 4, two kinds beyond round-off
     assert len(page.folded) == 2
     for image in (*page.images, *page.folded):
-        assert image["alt"]
         svg = base64.b64decode(image["src"].split(",", 1)[1]).decode("utf-8")
-        assert "<svg" in svg
+        assert image["alt"] and "<svg" in svg  # noqa: PT018
         # Names of namespaces and licences aside, nothing in a picture points outside.
         assert not re.findall(r'(?:href|src)="(?!#)', svg)
 
@@ -160,18 +149,16 @@ def test_the_page_tells_what_was_done(page, record):
 
 def test_the_motion_comes_first(page, report):
     """It is that of the run, by the same method and step."""
-    first, second, third = (image["alt"] for image in page.images[:3])
-    assert first == "the path of gamma on the unit sphere"
-    assert second == "the path of the contact point in the plane"
-    assert third.startswith("γ₁, γ₂, γ₃ over time")
+    said = " | ".join(image["alt"] for image in page.images)
+    paths = "the path of gamma on the unit sphere | the path of the contact point in the plane"
+    assert said.startswith(f"{paths} | γ₁, γ₂, γ₃ over time")
     assert page.text.index("The motion") < page.text.index("What was kept")
     assert "k̇ = k × ω,  γ̇ = γ × ω" in page.text
     stretch, plan = report.motion.stretch, report[0].plan
     assert f"The first turns, t = 0 … {stretch.times[-1]:.4g}, by cf-4." in page.text
     assert stretch.joined
-    run = gi.solve(
-        plan.problem, plan.state, t_end=40.0, method="cf-4", step=0.02, t_eval=stretch.times
-    )
+    given = {"t_end": 40.0, "method": "cf-4", "step": 0.02, "t_eval": stretch.times}
+    run = gi.solve(plan.problem, plan.state, **given)
     np.testing.assert_allclose(stretch.states, run.y, atol=1e-13)
 
 

@@ -62,7 +62,7 @@ STILL = gi.Problem(
 @examples(4)
 @example(1024, [])
 @example(63, [1, 62])
-@given(st.integers(1, 5000), st.lists(st.integers(1, 5000), max_size=9))
+@given(st.integers(1, 2500), st.lists(st.integers(1, 2500), max_size=9))
 def test_windows_are_what_they_say_and_do_not_depend_on_cuts(count, cuts):
     """Of a run that is cut at some times, and in chunks between."""
     run = {"t_end": float(count), "step": 1.0, "method": "heun-2", "compiled": False}
@@ -93,8 +93,7 @@ def test_classes_are_calibrated(name):
 @pytest.mark.parametrize("name", FAMILIES)
 def test_classes_are_calibrated_at_all_lengths_and_sizes(name, samples):
     said = counted(name, samples, range(100, 150))
-    assert said["false"] <= 0.05 * 150 + 3, said
-    assert said["below"] <= 0.05 * 150 + 3, said
+    assert max(said["false"], said["below"]) <= 0.05 * 150 + 3, said
 
 
 @given(
@@ -125,21 +124,18 @@ def test_bounded_means_that_a_trend_is_excluded(rise, samples):
     assert said["bounded"] + said["roundoff"] <= 2, said
 
 
-@pytest.mark.parametrize("kind", ["walk", "walk in noise", "noise"])
-def test_the_trend_bound_holds(kind):
+@pytest.mark.parametrize(("walking", "noisy"), [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+def test_the_trend_bound_holds(walking, noisy):
     """It is below the true trend in no more than 5 %: as it is a bound to both sides, far less."""
     rng = np.random.default_rng(6)
-    t = np.arange(1, 2001) / 2000
     below, scores = 0, []
     for _ in range(60):
         noise, walk = rng.normal(size=2000), np.cumsum(rng.normal(size=2000)) / 2000**0.5
-        series = {"walk": walk, "walk in noise": walk + noise, "noise": noise}[kind] - t
-        drift = drift_of(series)
+        drift = drift_of(walking * walk + noisy * noise - np.arange(1, 2001) / 2000)
         below += drift.trend_bound < 0.998
         scores.append((2000 * drift.slope + 1.0) / (2000 * drift.slope_stderr))
     assert below <= 3
-    assert 0.2 < np.std(scores) < 1.3
-    assert abs(np.mean(scores)) < 0.4
+    assert (0.2 < np.std(scores) < 1.3, abs(np.mean(scores)) < 0.4) == (True, True)
 
 
 def test_a_sine_that_fits_is_not_known_exactly():
@@ -164,13 +160,11 @@ def test_random_walks_are_of_rounding_size():
 def test_jumps_have_their_name_size_and_time():
     rng = np.random.default_rng(7)
     first = drift_of(0.15 + 1e-16 * np.cumsum(rng.normal(size=SAMPLES)), 1.0)
-    assert first.drift_class == "jump"
+    assert (first.drift_class, first.jump_time) == ("jump", 0.0)
     assert first.jump_size == pytest.approx(0.15, rel=1e-9)
-    assert first.jump_time == 0.0
     for at in (0.1, 0.5, 0.9):
-        late = drift_of(
-            np.where(at < T, -3.0, 0.0) + 0.5 * sine(40.2) + 0.1 * rng.normal(size=SAMPLES)
-        )
+        waves = 0.5 * sine(40.2) + 0.1 * rng.normal(size=SAMPLES)
+        late = drift_of(np.where(at < T, -3.0, 0.0) + waves)
         assert late.drift_class == "jump"
         assert late.jump_size == pytest.approx(-3.0, rel=0.1)
         assert late.jump_time == pytest.approx(at * SAMPLES, abs=64)
@@ -252,13 +246,11 @@ def test_a_short_series_is_undetermined():
 
 
 def test_what_is_not_finite_has_its_class():
-    series = T.copy()
-    series[-1] = np.inf
+    series = np.append(T[:-1], np.inf)
     assert kind_of(series) == "not finite"
     series[SAMPLES // 2] = np.nan
     drift = drift_of(series)
-    assert drift.drift_class == "not finite"
-    assert drift.not_finite_from == SAMPLES // 2 + 1
+    assert (drift.drift_class, drift.not_finite_from) == ("not finite", SAMPLES // 2 + 1)
     assert (drift.slope, drift.trend_bound) == (None, None)
     assert drift_of([], initial=np.nan).drift_class == "not finite"
     assert drift_of([1.0], initial=np.nan).not_finite_from == 0.0
@@ -269,6 +261,11 @@ def test_scale_and_sign_do_not_matter(factor):
     for name in ("line and 1 sine", "jump and noise", "white noise"):
         series = FAMILIES[name].series(np.random.default_rng(5), T[::10] * 1.0)
         assert kind_of(series) == kind_of(-series) == kind_of(factor * series)
+
+
+def test_powers_of_time_are_lines_where_they_bend_little():
+    kinds = [kind_of(T**power) for power in (0.59, 0.61, 1.24, 1.3)]
+    assert kinds == ["undetermined", "linear", "linear", "faster"]
 
 
 def test_backwards_and_stretched():

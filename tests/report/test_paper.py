@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import itertools
 import json
@@ -46,7 +47,7 @@ COMMANDS = {
     "exact": ("s.toml",),
     "audit": ("--n", "3", "--points", "1"),
 }
-SLOW = {"drift", "compare", "exact", "chaos", "audit"}
+SLOW = {"drift", "compare", "exact", "chaos", "audit", "section"}
 SIZE = re.compile(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]")
 mathematics = MathTextParser("path")
 each = pytest.mark.parametrize(
@@ -109,29 +110,23 @@ def test_the_files(name, folders):
     rows = [row for row in rows if row != r"\midrule"]
     assert len(rows) > 1
     assert {row.count("&") for row in rows} == {len(columns) - 1}
-    for word in ("\\toprule", "\\midrule", "\\bottomrule", "\\caption", "\\label"):
-        assert table.count(word) == 1
+    for word in ("toprule", "midrule", "bottomrule", "caption", "label"):
+        assert table.count(f"\\{word}") == 1
     keys = set(re.findall(r"@\w+\{(\w+),", (folder / f"{stem}.bib").read_text("ascii")))
     cited = re.findall(r"\\cite\{([^}]*)\}", caption)
-    assert cited
-    assert {key for keys_ in cited for key in keys_.split(",")} <= keys
+    assert set() < {key for keys_ in cited for key in keys_.split(",")} <= keys
     for file in re.findall(r"\\input\{([^}]*)\}", document):
         assert (folder / f"{file}.tex").exists()
     pictures = re.findall(r"\\includegraphics\{([^}]*)\}", document)
     assert sorted(pictures) == sorted(path.name for path in folder.glob("*.pdf"))
-    for words in ("Software: geomint", "python", "numpy"):
-        assert words in caption
-    with (folder / f"{stem}.csv").open(newline="", encoding="utf-8") as stream:
-        first, *rows = list(csv.reader(stream))
-    assert rows
+    first, *rows = csv.reader((folder / f"{stem}.csv").read_text("utf-8").splitlines())
     assert {len(row) for row in rows} == {len(first)}
     assert (folder / f"{stem}.json").exists()
     page = (folder / ("report.html" if stem == "drift" else f"{stem}.html")).read_text("utf-8")
-    assert "What to cite" in page
-    assert "@misc{geomint," in page
-    if name != "audit":
-        assert "a = (0.8, 1.1, 1.5), D = 4" in caption
-        assert "Initial state: gamma = (0.48, 0.6, 0.64)" in caption
+    assert page.index("What to cite") < page.index("@misc{geomint,")
+    told = ["a = (0.8, 1.1, 1.5), D = 4", "Initial state: gamma = (0.48, 0.6, 0.64)"]
+    for words in ("Software: geomint", "python", "numpy", *(told if name != "audit" else ())):
+        assert words in caption
 
 
 @each
@@ -140,35 +135,26 @@ def test_the_figures(name, folders):
     folder, _ = folders(name)
     for path in folder.glob("*.pdf"):
         content = path.read_bytes()
-        assert b"/FontFile2" in content
-        assert b"/Type3" not in content
-        assert b"/CreationDate" not in content
+        assert [x in content for x in (b"/FontFile2", b"/Type3", b"/CreationDate")] == [1, 0, 0]
         width, height = (float(x) / 72 * 2.54 for x in SIZE.search(content).groups())
         assert min(abs(width - 8.6), abs(width - 17.8)) < 0.01, path.name
         assert 4.0 < height < 24.0
         sizes = set()
         for stream in re.findall(rb"stream\r?\n(.*?)endstream", content, re.DOTALL):
-            try:
+            with contextlib.suppress(zlib.error):
                 text = zlib.decompress(stream)
-            except zlib.error:
-                continue
-            sizes |= {float(x) for x in re.findall(rb"/[\w-]+ ([\d.]+) Tf", text)}
-        assert max(sizes) == 8.0
-        assert min(sizes) >= 5.6  # of indices and powers
+                sizes |= {float(x) for x in re.findall(rb"/[\w-]+ ([\d.]+) Tf", text)}
+        assert (max(sizes), min(sizes) >= 5.6) == (8.0, True)  # of indices and powers
 
 
 @pytest.mark.parametrize(
     ("command", "words"),
     [
         ("drift", "--methods rk-4:2,gauss-8:0.25"),
-        ("drift", "--step 2"),
-        ("scan", "--vary D=2:4:2 --vary a[0]=0.7:0.8:2 --show drift:energy"),
-        *(
-            pytest.param(*words, marks=pytest.mark.nightly)
-            for words in [
-                ("drift", "--method lobatto-8 --step 3.9"),
-                ("compare", "--methods lobatto-8 --steps 3.9 --tau-end 3.95"),
-            ]
+        pytest.param("drift", "--step 2", marks=pytest.mark.nightly),
+        pytest.param("drift", "--method lobatto-8 --step 3.9", marks=pytest.mark.nightly),
+        pytest.param(
+            "compare", "--methods lobatto-8 --steps 3.9 --tau-end 3.95", marks=pytest.mark.nightly
         ),
     ],
 )
@@ -187,26 +173,14 @@ def test_where_little_was_found(command, words, tmp_path):
 def test_a_report_of_several(folders):
     """Windows are those of the drifts; a title cannot break out."""
     folder, _ = folders("drift of several")
-    with (folder / "drift.csv").open(newline="", encoding="utf-8") as stream:
-        rows = list(csv.DictReader(stream))
+    rows = list(csv.DictReader((folder / "drift.csv").read_text("utf-8").splitlines()))
     record = json.loads((folder / "drift.json").read_text("utf-8"))
-    found = {
-        (method, name): drift["max_abs_error"]
-        for method, entry in record["methods"].items()
-        for name, drift in entry["quantities"].items()
-    }
-    assert set(found) == {(m, q) for m in ("rk-4", "gauss-8") for q in ("energy", "K")}
-    for key, largest in found.items():
+    for key in itertools.product(("rk-4", "gauss-8"), ("energy", "K")):
         own = [r for r in rows if (r["method"], r["quantity"]) == key]
+        largest = record["methods"][key[0]]["quantities"][key[1]]["max_abs_error"]
         assert max(float(r["largest deviation"]) for r in own) == pytest.approx(largest, rel=1e-3)
     table = (folder / "drift-table.tex").read_text("ascii")
     assert r"50 \% of a\_1 \& \{$\dot{\gamma }$\} at 10\textasciicircum{}-3, {\v{c}}" in table
-
-
-def test_paper_needs_a_folder():
-    result = CliRunner().invoke(main, ["exact", "ball-3d", "--paper"])
-    assert result.exit_code == 2
-    assert "--out" in result.stderr
 
 
 def test_scenes_have_no_characters_that_latex_does_not_know():
@@ -215,5 +189,4 @@ def test_scenes_have_no_characters_that_latex_does_not_know():
         texts = [scene.title, scene.content.description]
         for p in scene.model.problems.values():
             texts += [*p.equations, *p.diagnostics, *p.units.values(), *p.parameters]
-        for text in texts:
-            assert latex(text).count("?") == text.count("?"), text
+        assert not [text for text in texts if latex(text).count("?") != text.count("?")]

@@ -27,10 +27,10 @@ SHOW = ["drift:energy", "frequency:gamma[0]", "exponent"]
 
 
 def rows_of(folder: Path) -> list[dict[str, str]]:
-    with (folder / "scan.csv").open() as stream:
-        return list(csv.DictReader(stream))
+    return list(csv.DictReader((folder / "scan.csv").read_text("utf-8").splitlines()))
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_over_one_parameter(tmp_path: Path) -> None:
     """Each member is the scene with that value, to the same bits."""
     many = gi.scan_report(SCENE, tmp_path / "out", paper=True, vary={"D": "2:6:3"}, show=SHOW)
@@ -38,20 +38,16 @@ def test_over_one_parameter(tmp_path: Path) -> None:
     assert [float(row["D"]) for row in rows] == [2.0, 4.0, 6.0]
     for k, D in enumerate([2.0, 4.0, 6.0]):
         scene = gi.Scene("one", **SCENE).changed(system={"D": D})
-        run = gi.solve(
-            scene.problem, scene.state, tau_end=10.0, step=0.125, method="rk-4", save_every=1
-        )
+        given = {"tau_end": 10.0, "step": 0.125, "method": "rk-4"}
+        run = gi.solve(scene.problem, scene.state, save_every=1, **given)
         assert np.array_equal(many.final[k], run.y[-1])
         energy = np.array([gi.value(scene.problem, "energy", y) for y in run.y])
         assert float(rows[k]["drift:energy"]) == np.abs(energy - energy[0]).max()
-        found = gi.lyapunov(
-            scene.problem, scene.state, tau_end=10.0, step=0.125, count=1, method="rk-4"
-        )
+        found = gi.lyapunov(scene.problem, scene.state, count=1, **given)
         assert float(rows[k]["exponent"]) == found.exponents[0]
         assert float(rows[k]["exponent-error"]) == found.errors[0]
     record = json.loads((tmp_path / "out" / "scan.json").read_text("utf-8"))
-    assert record["members"] == 3
-    assert record["statuses"] == {"success": 3}
+    assert (record["members"], record["statuses"]) == (3, {"success": 3})
     assert list(record["readings"]) == [*SHOW, "exponent-error", "chaotic"]
     assert record["readings"]["exponent"]["known"] == 3
     page = (tmp_path / "out" / "scan.html").read_text("utf-8")
@@ -72,9 +68,8 @@ def test_over_a_list_and_a_component(tmp_path: Path) -> None:
     rows = rows_of(tmp_path / "out")
     pairs = [(float(row["initial.p[2]"]), float(row["system.a[1]"])) for row in rows]
     assert pairs == [(0.5, 1.0), (0.5, 1.2), (-0.5, 1.0), (-0.5, 1.2), (1.0, 1.0), (1.0, 1.2)]
-    scene = gi.Scene("one", **SCENE).changed(
-        system={"a": [0.8, 1.2, 1.5]}, initial={"p": [0.8, 1.0, -0.5]}
-    )
+    changes = {"system": {"a": [0.8, 1.2, 1.5]}, "initial": {"p": [0.8, 1.0, -0.5]}}
+    scene = gi.Scene("one", **SCENE).changed(**changes)
     run = gi.solve(scene.problem, scene.state, tau_end=10.0, step=0.125, method="rk-4")
     assert np.array_equal(many.final[3], run.y[-1])
     assert "Map" in (tmp_path / "out" / "scan.html").read_text("utf-8")
@@ -83,19 +78,18 @@ def test_over_a_list_and_a_component(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("short_chains", "blank_pictures")
 def test_draws(tmp_path: Path) -> None:
     """Random states on the scene's level of energy, the same in every run; each value has its own."""
-    many = gi.scan_report(SCENE, tmp_path / "out", draws=4, vary={"D": [2.0, 4.0]}, seed=3)
-    rows = rows_of(tmp_path / "out")
-    assert [row["draw"] for row in rows] == ["0", "1", "2", "3"] * 2
+    given = {"draws": 4, "vary": {"D": [2.0, 4.0]}}
+    many = gi.scan_report(SCENE, tmp_path / "out", seed=3, **given)
+    assert [row["draw"] for row in rows_of(tmp_path / "out")] == ["0", "1", "2", "3"] * 2
     assert len({tuple(y) for y in many.states}) == 8
     for k, y in enumerate(many.states):
         problem = many.problems[k]
         scene = gi.Scene("one", **SCENE).changed(system={"D": [2.0, 4.0][k // 4]})
         energy = gi.value(scene.problem, "energy", scene.state)
         assert gi.value(problem, "energy", y) == pytest.approx(energy, rel=1e-9)
-    again = plan_scan(gi.Scene("one", **SCENE), draws=4, vary={"D": [2.0, 4.0]}, seed=3)
-    assert np.array_equal(again.states, many.states)
-    other = plan_scan(gi.Scene("one", **SCENE), draws=4, vary={"D": [2.0, 4.0]}, seed=4)
-    assert not np.array_equal(other.states, many.states)
+    for seed in (3, 4):
+        again = plan_scan(gi.Scene("one", **SCENE), seed=seed, **given)
+        assert np.array_equal(again.states, many.states) == (seed == 3)
 
 
 @pytest.mark.usefixtures("short_chains")
@@ -138,9 +132,8 @@ def test_of_members_that_fail_page_and_json_tell(tmp_path: Path) -> None:
     many = gi.scan_report(scene, tmp_path / "out", vary=vary)
     assert list(many.status) == ["success", "failed"]
     record = json.loads((tmp_path / "out" / "scan.json").read_text("utf-8"))
-    assert record["failures"] == 1
-    assert record["failed"][0]["member"] == 1
-    assert record["failed"][0]["initial.p[0]"] == 400.0
+    (failed,) = record["failed"]
+    assert (record["failures"], failed["member"], failed["initial.p[0]"]) == (1, 1, 400.0)
     page = (tmp_path / "out" / "scan.html").read_text("utf-8")
     assert "1 of 2" in page
     assert rows_of(tmp_path / "out")[1]["drift:energy"] == "nan"
@@ -167,11 +160,7 @@ def test_command(tmp_path: Path) -> None:
         ({}, "nothing varies"),
         ({"vary": {"E": "1:2:3"}}, "no such key"),
         ({"vary": {"DD": "1:2:3"}}, "'D'"),
-        ({"vary": {"D": "1:2"}}, "A:B:N"),
-        ({"vary": {"D": "1:2:0"}}, "A:B:N"),
-        ({"vary": {"D": "0:2:3:log"}}, "A:B:N"),
-        ({"vary": {"D": "1,x"}}, "A:B:N"),
-        ({"vary": {"D": []}}, "A:B:N"),
+        *(({"vary": {"D": no}}, "A:B:N") for no in ("1:2", "1:2:0", "0:2:3:log", "1,x", [])),
         ({"vary": {"gamma": "0:1:3"}}, r"gamma\[0\]"),
         ({"vary": {"gamma[3]": "0:1:3"}}, "from 0 to 2"),
         ({"vary": {"D[0]": "0:1:3"}}, "no list"),
@@ -215,13 +204,11 @@ def drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
     return figure
 
 
-D, A = {"D": [2.0, 8.0, 4.0]}, {"a[1]": "1:1.2:4"}
+D, A = {"D": [2.0, 8.0, 4.0]}, {"a[1]": [1.1, 1.0, 1.2, 1.15]}
 
 
 @pytest.mark.usefixtures("short_chains")
-@pytest.mark.parametrize(
-    ("vary", "draws"), [({}, 5), (D, None), (D, 5), ({**D, **A}, None), ({**D, **A}, 5)]
-)
+@pytest.mark.parametrize(("vary", "draws"), [({}, 5), (D, None), ({**D, **A}, 5)])
 def test_pictures(drawn: Any, vary: dict[str, Any], draws: int | None) -> None:
     """Labels, logarithmic axes where numbers are far apart, words where there is no number."""
     shape = (*[3, 4][: len(vary)], draws or 1)
@@ -233,8 +220,7 @@ def test_pictures(drawn: Any, vary: dict[str, Any], draws: int | None) -> None:
     assert [a.get_title(loc="left") for a in panels] == list(readings)
     words = [[t.get_text() for t in a.texts] for a in panels]
     assert words == [[], ["no member has a value"], []]
-    middle = np.ma.median(np.ma.masked_invalid(wide.reshape(shape)), axis=-1)
-    middle = np.ma.filled(middle, np.nan)
+    middle = np.ma.filled(np.ma.median(np.ma.masked_invalid(wide.reshape(shape)), -1), np.nan)
     first = panels[0]
     if not vary:
         assert first.get_xscale() == "log"
@@ -247,7 +233,7 @@ def test_pictures(drawn: Any, vary: dict[str, Any], draws: int | None) -> None:
     else:
         assert (first.get_xlabel(), first.get_ylabel()) == ("a[1]", "D")
         cells = first.collections[0].get_array()
-        np.testing.assert_allclose(np.ma.filled(cells, np.nan), middle[[0, 2, 1]])
+        np.testing.assert_allclose(np.ma.filled(cells, np.nan), middle[[0, 2, 1]][:, [1, 0, 3, 2]])
 
 
 def test_a_picture_has_room_for_some_readings_only(drawn: Any) -> None:
@@ -258,6 +244,5 @@ def test_a_picture_has_room_for_some_readings_only(drawn: Any) -> None:
     (axes,) = drawn({"vary": {"D": "2:4:2"}}, readings).axes
     assert axes.get_ylabel() == "per unit of τ"
     (bars,) = axes.containers
-    assert [x.tolist() for x in bars[2][0].get_segments()] == [
-        [[x, 0.75], [x, 1.25]] for x in (2.0, 4.0)
-    ]
+    drawn_bars = [x.tolist() for x in bars[2][0].get_segments()]
+    assert drawn_bars == [[[x, 0.75], [x, 1.25]] for x in (2.0, 4.0)]

@@ -29,20 +29,17 @@ SCENE: dict[str, Any] = {
 }
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_report(tmp_path: Path) -> None:
     """Every file, and what is in it."""
     section = gi.section_report(SCENE, tmp_path / "out", paper=True)
     record = json.loads((tmp_path / "out" / "section.json").read_text("utf-8"))
-    assert record["points"] == len(section) == 36
-    assert record["complete"]
+    assert (record["points"], len(section), record["complete"]) == (36, 36, True)
     assert [m["points"] for m in record["motions"]] == [12, 12, 12]
-    assert record["event"] == {
-        "name": "equator", "what": "gamma[2]", "direction": "up", "level": 0.0
-    }  # fmt: skip
+    assert [*record["event"].values()] == ["equator", "gamma[2]", "up", 0.0]
     for kept in record["kept"].values():
         assert kept["deviation"] < 1e-13 * max(1.0, kept["size"])
-    with (tmp_path / "out" / "section.csv").open() as stream:
-        rows = list(csv.reader(stream))
+    rows = list(csv.reader((tmp_path / "out" / "section.csv").read_text("utf-8").splitlines()))
     assert len(rows) == 37
     np.testing.assert_array_equal(np.array(rows[1:], float)[:, 3:], section.y)
     page = (tmp_path / "out" / "section.html").read_text("utf-8")
@@ -99,26 +96,20 @@ def test_what_is_integrated() -> None:
 
 def test_the_exact_flow() -> None:
     """Without steps, at the points of a run with steps; refused where there is none."""
-    scene = gi.load_scene("hamiltonized-n3").changed(
-        section={"event": "gamma[2]", "points": 15},
-        observe={"quantities": []},
-        time={"tau_end": 12.0},
-        events={"equator": {"what": "gamma[2]"}},
-    )
+    asked = {"section": {"event": "gamma[2]", "points": 15}, "time": {"tau_end": 12.0}}
+    asked |= {"observe": {"quantities": []}, "events": {"equator": {"what": "gamma[2]"}}}
+    scene = gi.load_scene("hamiltonized-n3").changed(**asked)
     given = scene.changed(integrate={"exact": True})
     exact, steps = plan_section(given).run(), plan_section(scene).run()
     assert (exact.steps, exact.method.name) == (0, "exact")
     np.testing.assert_allclose(exact.y, steps.y, rtol=0, atol=1e-9)
     run = gi.make_plan(given).solve(progress=False)
-    assert run.steps == 0
     met = run.events["equator"]
-    assert 5 < len(met) <= 15
+    assert (run.steps, 5 < len(met) <= 15) == (0, True)
     np.testing.assert_allclose(met.y, exact.y[: len(met)], rtol=0, atol=1e-9)
+    other = gi.load_scene("control-momentum-n4").changed(integrate={"exact": True})
     with pytest.raises(gi.FormError, match="no exact flow"):
-        plan_section(
-            gi.load_scene("control-momentum-n4").changed(integrate={"exact": True}),
-            event="gamma[2]",
-        )
+        plan_section(other, event="gamma[2]")
 
 
 @pytest.mark.parametrize("name", ["sphere-n3", "ball-3d", "veselova-classical", "neumann-n3"])
@@ -140,6 +131,7 @@ def test_other_motions_are_on_the_level(name: str) -> None:
     assert (plan_section(scene, event=f"{piece}[2]", motions=5, seed=4).states != plan.states).any()
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_not_all_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A motion that does not cross while it is looked at: what there is, and an exit code."""
 
@@ -168,12 +160,8 @@ CLASSICAL = gi.load_scene("ball-3d").changed(integrate={"representation": "class
     ("scene", "keys", "error", "said"),
     [
         (BALL, {"event": "gamma[3]"}, gi.SceneError, r"gamma\[3\].*no such component"),
-        (BALL, {"event": "nothing"}, gi.SceneError, "no such component or quantity"),
-        (BALL, {"axes": ["gamma[0]"]}, gi.SceneError, "axes"),
         (BALL, {"axes": ["gamma[0]", "q"]}, gi.SceneError, r"axes\[1\]"),
         (BALL, {"keep": ["heat"]}, gi.SceneError, r"keep\[0\]"),
-        (BALL, {"points": 0}, gi.SceneError, "points"),
-        (BALL, {"direction": "left"}, gi.SceneError, "direction"),
         (BALL, {"colour": 1}, gi.SceneError, "colour"),
         ({**SCENE, "events": {}}, {}, gi.SceneError, "a component such as"),
         ({**SCENE, "events": TWO}, {}, gi.SceneError, "one of a, b"),
@@ -193,18 +181,16 @@ def test_events_of_a_run(tmp_path: Path) -> None:
     plan = gi.make_plan(scene)
     assert "equator" in next(c.value for c in plan.choices if c.what == "events")
     run = gi.run_scene(scene)
-    alone = gi.solve(
-        scene.problem, scene.state, t_end=100.0, step=0.5,
-        events={"equator": gi.Event("gamma[2]", "up")},
-    )  # fmt: skip
+    equator = {"equator": gi.Event("gamma[2]", "up")}
+    alone = gi.solve(scene.problem, scene.state, t_end=100.0, step=0.5, events=equator)
     assert run.events == alone.events
     assert len(run.events["equator"]) > 10
     assert gi.make_plan(scene.for_drift(), "drift").events is None
     # States at events are those of what is asked for: no reduction takes its place.
     system = {"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.5], "D": 4.0}
     initial = {"gamma": [0.5, -0.5, 0.5, 0.5], "p": [0.7, -0.3, 0.4, -1.4]}
-    observe = {"quantities": ["energy", "K"]}
-    plain = gi.Scene(system=system, initial=initial, time={"t_end": 5.0}, observe=observe)
+    given = {"time": {"t_end": 5.0}, "observe": {"quantities": ["energy", "K"]}}
+    plain = gi.Scene(system=system, initial=initial, **given)
     watched = plain.changed(events={"level": {"what": "gamma[0]"}})
     lifts = [gi.make_plan(s).route.lift is None for s in (plain, watched)]
     assert lifts == [False, True]

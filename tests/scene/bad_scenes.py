@@ -71,6 +71,7 @@ unknown quantity: ["energy"] → ["enery"] | [observe] quantities[0] = 'enery' |
 step is a string: step = 0.1 → step = "0.1" | [integrate] step = '0.1' | a number
 parameter is a string: D = 4.0 → D = "4" | [system] D = '4' | a number
 a is no list: a = [0.8, 1.1, 1.5] → a = 1.0 | [system] a = 1.0 | a list
+unknown key of [observe]: ["energy"] → ["energy"]\neverry = 2 | [observe] everry = 2 | Did you mean 'every'?
 every is 0: ["energy"] → ["energy"]\nevery = 0 | [observe] every = 0 | ≥ 1
 every is a fraction: ["energy"] → ["energy"]\nevery = 1.5 | [observe] every = 1.5 | whole number
 two ways to save: [observe] → [save]\nevery = 1\nt_eval = [0.5]\n[observe] | [save] | every or t_eval

@@ -42,12 +42,10 @@ def test_one_message_from_a_file_from_python_and_from_commands(tmp_path, name):
         with pytest.raises(gi.SceneError) as caught:
             gi.Scene(**content)
         told.append(str(caught.value))
-    at = list(scenes.BAD).index(name) % len(COMMANDS)
-    for command in {"check", COMMANDS[at]}:
-        result = CliRunner().invoke(main, [command, str(path)])
-        assert (result.exit_code, result.stdout) == (2, "")
-        assert "Traceback" not in result.stderr
-        told.append(result.stderr)
+    command = COMMANDS[list(scenes.BAD).index(name) % len(COMMANDS)]
+    result = CliRunner().invoke(main, [command, str(path)])
+    assert (result.exit_code, result.stdout, "Traceback" in result.stderr) == (2, "", False)
+    told.append(result.stderr)
     assert [(said, word) for said in told for word in words if word not in said] == []
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
@@ -65,18 +63,6 @@ def test_what_cannot_be_computed_is_a_flaw(monkeypatch, error):
     content = tomllib.loads(scenes.REDUCED.replace("chaplygin-sphere-reduced", "large"))
     with pytest.raises(gi.SceneError, match=r"\[system\] or \[initial\]: .* products are finite"):
         gi.Scene(**content)
-
-
-def test_all_flaws_are_told_at_once(tmp_path):
-    text = scenes.REDUCED.replace("step = 0.1", "step = -0.1").replace("gauss-8", "gaus-8")
-    text = text.replace("t_end", "tend").replace("gamma =", "# gamma =")
-    with pytest.raises(gi.SceneError) as caught:
-        gi.load_scene(write(tmp_path, text))
-    message = str(caught.value)
-    assert "4 problems" in message
-    assert len(message.splitlines()) == 5
-    for word in ("step = -0.1", "gaus-8", "tend", "[initial] gamma is missing"):
-        assert word in message
 
 
 def test_flaws_of_every_kind_are_told_together(tmp_path):
@@ -97,6 +83,7 @@ def test_flaws_of_every_kind_are_told_together(tmp_path):
         "[drift] method = 'rk4'",
     ):
         assert words in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 9
 
 
 def test_names_are_looked_at_beside_flaws_of_the_structure(tmp_path):
@@ -140,9 +127,7 @@ def test_sources_that_are_no_scene(tmp_path):
         with pytest.raises(gi.SceneError, match="cannot be read"):
             gi.load_scene(path)
     if Path("/dev/zero").exists():
-        with pytest.raises(
-            gi.SceneError, match=r"'/dev/zero' is too long: expected at most \d+ char"
-        ):
+        with pytest.raises(gi.SceneError, match=r"'/dev/zero' is too long: expected at most \d+"):
             gi.load_scene("/dev/zero")
 
 
@@ -157,10 +142,7 @@ SECTIONS = sorted(tomllib.loads(scenes.REDUCED))
 def test_damaged_sections_are_told_by_all_commands(tmp_path):
     """Left out, of a wrong kind, empty, a list of tables, twice: one message, exit code 2."""
     whole = scenes.REDUCED
-    texts = {
-        "": "[system] is missing",
-        "# nothing": "[time] is missing: expected this section, with",
-    }
+    texts = {"": "[system] is missing", "# nothing": "[time] is missing: expected this section"}
     for name in SECTIONS:
         rest = re.sub(rf"\[{name}\]\n(.+\n)*?(?=\[|$)", "", whole)
         texts[rest] = f"[{name}] is missing" if name in ("system", "time") else ""
@@ -173,7 +155,7 @@ def test_damaged_sections_are_told_by_all_commands(tmp_path):
         with contextlib.suppress(gi.SceneError):
             gi.load_scene(path)
             continue  # what may be left out
-        for command in (COMMANDS * 2)[i % len(COMMANDS) :][:3]:
+        for command in (COMMANDS * 2)[i % len(COMMANDS) :][:2]:
             result = CliRunner().invoke(main, [command, path])
             assert (result.exit_code, type(result.exception)) == (2, SystemExit), (command, text)
             assert words in result.stderr

@@ -1,13 +1,12 @@
 """What there is to stress: cases of all packages, cells for every method."""
 
 import numpy as np
-import pytest
 
 import geomint as gi
 from geomint.stress import sweep
 from tests.stress.stress_support import AXES, CASES, EVERY, OFFERED, built
 
-LARGE = 16  # larger ones take a second to build
+LARGE = 8  # larger ones take a second to build
 
 
 def test_every_case_of_a_package_is_there_and_told_apart():
@@ -26,6 +25,7 @@ def test_every_case_is_built_or_refused():
         except gi.GeomintError:
             assert (case.axis.name, case.value) == ("edge", 0.0)
             continue
+        assert (case.axis.name, case.value) != ("edge", 0.0)
         names = set(model.problems)
         assert case.representations is None or set(case.representations) <= names
         assert case.reference is None or case.reference in names
@@ -47,10 +47,9 @@ def test_axes_of_the_issue():
     assert {f"scene:{name}" for name in gi.scene_names()} <= systems
 
 
-@pytest.mark.parametrize(("quick", "axes"), [(False, ("momentum",)), (True, ())])
-def test_every_method_is_stressed(quick, axes):
-    selection = sweep.Selection(tuple(gi.method_names()), (), axes, quick)
-    groups, _ = sweep.items_of(*sweep.selected(selection), quick)
+def test_every_method_is_stressed():
+    selection = sweep.Selection(tuple(gi.method_names()), quick=True)
+    groups, _ = sweep.items_of(*sweep.selected(selection), True)
     assert {item.method for group in groups for item in group} == set(gi.method_names())
 
 
@@ -59,12 +58,6 @@ def test_selections():
     assert [m.name for m in methods] == ["rk-4"]
     assert {CASES[i].axis.name for i in numbers} == {"edge"}
     assert all(CASES[i].quick for i in numbers)
-    for selection, word in (
-        (sweep.Selection(axes=("edg",)), "edge"),
-        (sweep.Selection(("rk-5",)), "rk-4"),
-    ):
-        with pytest.raises(gi.GeomintError, match=word):
-            sweep.selected(selection)
 
 
 def test_quick_takes_the_ends_of_every_family():

@@ -13,16 +13,11 @@ AXES = [axis.name for axis in ALL_AXES]
 PAGE = (Path(__file__).parents[2] / "docs" / "stress.md").read_text(encoding="utf-8")
 # What cases of chaplygin call the motions of a system, if not as the system; sizes and places follow.
 MOTIONS = {
-    "chaplygin-sphere-reduced": "sphere",
-    "chaplygin-sphere-hamiltonized": "sphere",
-    "chaplygin-ball": "ball-diagonal|ball-full|steady|tumbling",
-    "homogeneous-ball": "homogeneous",
-    "ball-on-group": "group",
-    "ball-poisson": "poisson",
-    "rolling-ball": "rolling",
-    "rubber-ball": "rubber",
-    "veselova": "veselova|veselova-classical",
-}
+    "chaplygin-sphere-reduced": "sphere", "chaplygin-sphere-hamiltonized": "sphere",
+    "chaplygin-ball": "ball-diagonal|ball-full|steady|tumbling", "homogeneous-ball": "homogeneous",
+    "ball-on-group": "group", "ball-poisson": "poisson", "rolling-ball": "rolling",
+    "rubber-ball": "rubber", "veselova": "veselova|veselova-classical",
+}  # fmt: skip
 GENERAL = {"step", "rest", "zeros", "steady"}  # of all scenes
 PLACE = r"(-at-axis|-at-plane|-all-pairs|-straight|-upright)?(-n\d+)?"
 

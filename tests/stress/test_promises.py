@@ -13,17 +13,14 @@ def kinds(problem, kind, size=1.0):
     return Quantities(problem, size * np.ones(problem.rows)).of_kind(kind)
 
 
+PULSATING = {"momentum-squared", "direction-squared", "inclination"}
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
 
 
 @pytest.mark.parametrize(
     ("problem", "kind", "names"),
     [
-        (
-            pulsating_body.problem(),
-            "group orbits",
-            {"momentum-squared", "direction-squared", "inclination"},
-        ),
+        (pulsating_body.problem(), "group orbits", PULSATING),
         # (q, q) changes where (q, p) is not 0, and the energy where the multiplier is not exact.
         (spherical_pendulum.problem(), "quadratic invariants", {"tangency", "angular-momentum"}),
         (double_pendulum.problem(), "constraints", {"upper-rod", "lower-rod"}),

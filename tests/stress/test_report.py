@@ -157,9 +157,10 @@ def test_unknown_names(tmp_path):
         assert "Did you mean" in result.stderr
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_one_cell_end_to_end(tmp_path):
-    arguments = ["--methods", "rk-4", "--axis", "momentum", "--systems", "sphere-n3", "--quick"]
-    result = CliRunner().invoke(main, ["stress", "--out", str(tmp_path), *arguments])
+    line = "stress --methods rk-4 --axis momentum --systems sphere-n3 --quick --workers 1 --out"
+    result = CliRunner().invoke(main, [*line.split(), str(tmp_path)])
     assert result.exit_code == 0, result.output
     data = json.loads((tmp_path / "stress.json").read_text(encoding="utf-8"))
     assert {cell["label"] for cell in data["cells"]} == {"1e-150", "1e+151"}
