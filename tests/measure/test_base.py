@@ -31,7 +31,7 @@ def whole(problem: gi.Problem) -> gi.Problem:
     return dataclasses.replace(problem, measure=dataclasses.replace(problem.measure, base=None))
 
 
-def drift(problem: gi.Problem, y0: Any, method: Any, t_end: float = 0.2, **options: Any):
+def drift(problem: gi.Problem, y0: Any, method: Any, t_end: float = 0.1, **options: Any):
     step = {} if "adaptive" in str(method) else {"step": 0.1}
     run = {"observe": ["measure"], "compiled": False, **step, **options}
     (found,) = gi.solve(problem, y0, t_end=t_end, method=method, **run).drift.values()
@@ -45,7 +45,7 @@ def both(problem: gi.Problem, y0: Any, method: Any = "cf-4", **options: Any) -> 
 
 SLOW = [pytest.mark.nightly]
 CASES = [
-    *(pytest.param(m, "attitude, R³", False, marks=SLOW * ("suzuki" in m)) for m in BY_GROUP),
+    *(pytest.param(m, "attitude, R³", False, marks=SLOW * ("gauss-1" in m)) for m in BY_GROUP),
     ("cf-4", "attitude and contact point", False),
     *(pytest.param(m, n, True, marks=SLOW) for m in BY_GROUP for n in PROBLEMS),
 ]
@@ -53,7 +53,7 @@ CASES = [
 
 @pytest.mark.parametrize(("method", "name", "compiled"), CASES)
 def test_the_base_alone_says_as_much(method: str, name: str, compiled: bool) -> None:
-    problem, t_end = PROBLEMS[name], 6.0 if compiled else 0.2
+    problem, t_end = PROBLEMS[name], 6.0 if compiled else 0.1
     options = {"t_end": t_end, "compiled": compiled}
     by_base, by_all = both(problem, problem.random_state(3), method, **options)
     noise = 32.0 * 2.0**-52 * by_all.scale
@@ -77,20 +77,18 @@ def test_methods_that_do_not_keep_the_fibre_are_judged_by_the_whole_state(method
 
 
 def test_steps_that_are_not_all_watched_and_a_last_partial_step() -> None:
-    for observe in (["measure"], {"it": InvariantMeasure(steps=4)}):
-        options = {"t_end": 0.53, "observe": observe}
+    for observe in (["measure"], {"it": InvariantMeasure(steps=2)}):
+        options = {"t_end": 0.23, "observe": observe}
         one, other = both(ATTITUDE, ATTITUDE.random_state(4), **options)
         assert abs(one.final_error - other.final_error) < 1e-13 < abs(one.final_error)
 
 
-@pytest.mark.parametrize(
-    "k", [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-200, 0.0, 0.0], [1e3, 1.0, 2.0]]
-)
-def test_from_rest_steady_tiny_and_fast(k: list[float]) -> None:
-    y0 = ATTITUDE.state(gamma=[0.0, 1.0, 0.0], k=k)
-    found = drift(ATTITUDE, y0, "cf-4", t_end=0.01, step=0.001)
-    assert np.isfinite(found.final_error)
-    assert found.within_roundoff or k[0] == 1e3
+def test_from_rest_steady_tiny_and_fast() -> None:
+    for k in ([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-200, 0.0, 0.0], [1e3, 1.0, 2.0]):
+        y0 = ATTITUDE.state(gamma=[0.0, 1.0, 0.0], k=k)
+        found = drift(ATTITUDE, y0, "cf-4", t_end=0.002, step=0.001)
+        assert np.isfinite(found.final_error)
+        assert found.within_roundoff or k[0] == 1e3
 
 
 def test_a_problem_that_runs_in_another_time_has_no_base() -> None:
@@ -233,19 +231,10 @@ def too_far(params, t, y, out, work):
     out[100_000_000] = 1.0
 
 
-@gi.field
-def reading_too_far(params, t, y, out, work):
-    out[0] = out[1] = out[2] = y[3]
-
-
 @pytest.mark.parametrize(
     ("given", "place"),
     [
         ({"field": bent, "action": gi.GroupAction(too_far, gi.so3(1))}, r"action\.generator"),
-        (
-            {"field": bent, "action": gi.GroupAction(reading_too_far, gi.so3(1))},
-            r"action\.generator",
-        ),
         ({"measure": gi.Measure(manifold=too_far, conditions=1)}, r"measure\.manifold"),
     ],
 )
@@ -257,14 +246,13 @@ def test_a_base_whose_functions_do_not_fit_is_refused(given: Any, place: str) ->
 
 
 @pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # of numbers that fit no body
-@pytest.mark.parametrize("factor", [1.5, 1.0 + 3e-7])
-@pytest.mark.parametrize("seed", [None, 0])
-def test_other_parameters_from_a_steady_rotation_too(seed: int | None, factor: float) -> None:
+def test_other_parameters_from_a_steady_rotation_too() -> None:
     """There the rates are 0 for all bodies."""
-    changed = dataclasses.replace(ATTITUDE, params=ATTITUDE.params * factor)
     steady = ATTITUDE.state(gamma=[0.0, 0.0, 1.0], k=[0.0, 0.0, 1.0])
-    by_base, by_all = both(changed, steady if seed is None else ATTITUDE.random_state(seed))
-    assert by_base == by_all
+    for factor, y0 in ((1.5, ATTITUDE.random_state(0)), (1.0 + 3e-7, steady)):
+        changed = dataclasses.replace(ATTITUDE, params=ATTITUDE.params * factor)
+        by_base, by_all = both(changed, y0)
+        assert by_base == by_all
 
 
 @pytest.mark.parametrize(
