@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.problems.testproblems import henon_heiles, neumann, pulsating_body
+from geomint.problems.testproblems import henon_heiles, pulsating_body
 from geomint.testing import check_watcher
 from geomint.watch.measure import InvariantMeasure
 from geomint.watch.registry import plugged
@@ -277,11 +277,11 @@ def test_options() -> None:
 
 # --- values ---------------------------------------------------------------------------------------
 
-WATCHERS = [Counting(by=2.0), Sampled(), Given(series=tuple(range(9)))]
-WATCHERS += [InvariantMeasure(steps=20)]
+FAST = [Counting(by=2.0), Sampled(), Given(series=tuple(range(9)))]
+WATCHERS = [*FAST, InvariantMeasure(steps=20)]
 
 
-@pytest.mark.parametrize("watcher", WATCHERS, ids=lambda watcher: type(watcher).__name__)
+@pytest.mark.parametrize("watcher", [*FAST, pytest.param(WATCHERS[-1], marks=pytest.mark.nightly)])
 def test_they_are_values(watcher: gi.Watcher) -> None:
     same = [copy.copy(watcher), copy.deepcopy(watcher), pickle.loads(pickle.dumps(watcher))]
     assert all(other == watcher and hash(other) == hash(watcher) for other in same)
@@ -290,8 +290,7 @@ def test_they_are_values(watcher: gi.Watcher) -> None:
     check_watcher(watcher, PROBLEM, START, 0.1)
 
 
-def test_of_other_forms_and_times() -> None:
-    check_watcher(Given(), neumann.problem(), neumann.initial(), 0.1)
+def test_of_another_form_that_depends_on_time() -> None:
     check_watcher(Given(steps=5), pulsating_body.problem(), pulsating_body.INITIAL, 0.1, "cf-2")
 
 
