@@ -203,13 +203,13 @@ def test_numbers_of_a_failure_do_not_depend_on_chunks(monkeypatch: pytest.Monkey
     found = set()
     for first_chunk in (1, 5, 1000):
         monkeypatch.setattr(driver, "FIRST_CHUNK", first_chunk)
-        for method in ("gauss-2", "rk-4"):
+        for method in ("gauss-2", "rk-4", "dormand-prince-5-adaptive"):
             with pytest.raises(gi.StepError) as caught:
                 gi.solve(EXPLOSION, [1.0, 0.0], t_end=2.0, step=0.1, method=method, save_every=2)
             e, p = caught.value, caught.value.partial
             numbers = (e.t, e.step, e.residual, e.iterations, p.steps, p.iterations, len(p.t))
             found.add((method, *numbers, tuple(p.y[-1])))
-    assert len(found) == 2
+    assert len(found) == 3
 
 
 @gi.field
