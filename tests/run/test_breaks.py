@@ -289,13 +289,6 @@ def test_what_fails_has_its_part() -> None:
     assert partial.y[-1, 0] == pytest.approx(SWITCH, abs=1e-15)
 
 
-@pytest.mark.parametrize("name", ["rk-4", "gauss-3", "dormand-prince-5-adaptive"])
-def test_compiled_and_plain_have_the_same_bits(name: str) -> None:
-    one, other = (ended("pendulum", name, save_every=1, compiled=c) for c in (True, False))
-    np.testing.assert_array_equal(one.y, other.y)
-    np.testing.assert_array_equal(one.t, other.t)
-
-
 def test_a_problem_in_tau_has_breaks_in_tau() -> None:
     rate = gi.helper(late)
 

@@ -52,45 +52,8 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return gain(0.5 * y[1] * y[1] - cos(y[0]))
 
 
-@gi.observable
-def clock(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """dt/dτ = k (2 + q²)."""
-    return gain(2.0 + y[0] * y[0])
-
-
-@gi.field
-def flow(k: Any, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
-    """Kick and drift."""
-    out[0] = 0.0 * y[0]
-    out[1] = 0.0 * y[0]
-    if k == 0:
-        out[1] = -h * gain(sin(y[0]))
-    else:
-        out[0] = h * y[1]
-
-
-@gi.helper
-def shear(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
-    """The increment of (x, v) ↦ (x + k ξ v, v)."""
-    out[0] = gain(xi[0]) * y[1]
-    out[1] = 0.0 * y[1]
-
-
-@gi.helper
-def commuting(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
-    """[x, y] = 0."""
-    out[0] = 0.0 * x[0]
-
-
-@gi.field
-def shearing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ξ = 1 + x²."""
-    out[0] = 1.0 + y[0] * y[0]
-
-
 PIECES, START = (("q", 1), ("p", 1)), np.array([0.5, 0.3])
 PENDULUM = gi.Problem("pendulum", PIECES, [1.0], field=pendulum, invariants={"energy": energy})
-SHEAR = gi.Group("shears", 1, np.zeros(1), shear, commuting, 0)
 
 
 def solved(problem: gi.Problem, method: Any, **options: Any) -> Callable:
@@ -109,27 +72,13 @@ def mapped(compiled: bool) -> Any:
     return gi.pointwise(pendulum, [1.0], START, 2) if compiled else gi.derivative(PENDULUM, START)
 
 
-def circling(**more: Any) -> gi.Problem:
-    return gi.Problem("circle", PIECES, [1.0], field=circle, **more)
-
-
+CIRCLING = gi.Problem("circle", PIECES, [1.0], circle, invariants={"energy": energy})
 ENTRIES = {
     "explicit": solved(PENDULUM, "rk-4"),
     "lanes": solved(PENDULUM, "gauss-2"),
     "one at a time": solved(dataclasses.replace(PENDULUM, field=branching), "gauss-2"),
-    "observable": solved(circling(invariants={"energy": energy}), "rk-4", observe="invariants"),
+    "observable": solved(CIRCLING, "rk-4", observe="invariants"),
     "pointwise": mapped,
-}
-KICKED = gi.Problem("pendulum", PIECES, [1.0], splitting=gi.Splitting(flow, 2))
-SHEARED = gi.Problem("sheared", PIECES, [1.0], action=gi.GroupAction(shearing, SHEAR))
-CLOCKED, MEASURED = circling(time="tau", clock=clock), circling(measure=gi.Measure(energy))
-SLOW = {
-    "adaptive": solved(PENDULUM, gi.Adaptive(gi.RungeKutta("dop853"))),
-    "clock": solved(CLOCKED, "rk-4", t_eval=[0.3], t_end=2.0),
-    "splitting": solved(KICKED, gi.Verlet()),
-    "fused": solved(PENDULUM, gi.Gauss(2, fused=True)),
-    "called group": solved(SHEARED, "cf-4"),
-    "measure": solved(MEASURED, "rk-4", observe=["measure"]),
 }
 
 
@@ -146,13 +95,10 @@ def changed(entry: Callable[[bool], Any], change: Callable[[], None]) -> None:
     "ignore:field 'branching' takes one number:geomint.GeomintWarning",
     "ignore::geomint.DeclarationWarning",
 )
-@pytest.mark.parametrize(
-    "name", [*ENTRIES, *(pytest.param(n, marks=pytest.mark.nightly) for n in SLOW)]
-)
+@pytest.mark.parametrize("name", ENTRIES)
 def test_every_entry_takes_the_new_number(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the bits of plain Python, which always does."""
-    entry = {**ENTRIES, **SLOW}[name]
-    changed(entry, lambda: monkeypatch.setitem(globals(), "GAIN", 2.25))
+    changed(ENTRIES[name], lambda: monkeypatch.setitem(globals(), "GAIN", 2.25))
 
 
 def test_contents_count(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -242,18 +242,6 @@ def test_the_default_method_fits_the_form(form: str) -> None:
         gi.solve(p, y0, **end, method="gauss-8")
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("form", FORMS)
-def test_the_default_method_fits_the_form_everywhere(form: str) -> None:
-    """In everything that takes a method."""
-    _, p, y0, end, _ = bare(form)
-    run = gi.solve(p, y0, **end)
-    many = gi.solve_ensemble(p, [y0, y0], **end, workers=1)
-    np.testing.assert_allclose(many.final[1], run.y[-1], atol=1e-7)
-    assert gi.lyapunov(p, y0, **end, count=1).steps > 0
-    np.testing.assert_allclose(gi.tangent_flow(p, y0, **end).y, run.y[-1], atol=1e-6)
-
-
 @gi.field
 def later(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """A rotation that is three hundred times as fast in the end."""

@@ -303,18 +303,6 @@ def test_what_cannot_be_told(name: str) -> None:
 # --- directions, ends, going on ------------------------------------------------------------------
 
 
-def test_directions() -> None:
-    """Up, down, both; in the order of the run, also backwards."""
-    for end in (20.0, -20.0):
-        kinds = {x: gi.Event("v", x) for x in ("both", "up", "down", 1, -1) if isinstance(x, str)}
-        kinds |= {"1": gi.Event("v", 1), "-1": gi.Event("v", -1)}
-        met = gi.solve(CIRCLE, [1.0, 0.0], t_end=end, step=0.3, events=kinds).events
-        for name, sign in (("up", 1), ("down", -1), ("1", 1), ("-1", -1)):
-            known = met["both"].t[met["both"].directions == sign]
-            np.testing.assert_array_equal(met[name].t, known)
-            assert set(met[name].directions) == {sign}
-
-
 QUARTERS = gi.Event(lambda params, t, y, work: gi.sin(4.0 * math.pi * t))  # every ¼ of time
 CLOSE = st.sampled_from([0.3, 0.03, 3e-3, 3e-4])  # apart, with other directions
 ROUNDINGS = st.sampled_from([0.0, 1e-16, 1e-15, 1e-12, 1e-10, -1e-16, -1e-15, -1e-12, -1e-10])
@@ -340,15 +328,6 @@ def test_parts_are_the_whole(cuts: Any, apart: float, steps: tuple[str, float]) 
         assert found[:, 1].tolist() == known.directions.tolist()
         close = 2e-14 / apart if name == "close" else 1e-13
         np.testing.assert_allclose(found[:, 0], known.t, rtol=0, atol=close)
-
-
-def test_parts_have_the_bits_of_the_whole() -> None:
-    """A run in parts looks back at the steps before."""
-    run = {"step": 0.25, "events": {"x": gi.Event("x", level=0.3), "v": "v"}}
-    (whole,) = in_parts(CIRCLE, [1.0, 0.0], [40.0], **run)
-    runs = in_parts(CIRCLE, [1.0, 0.0], [0.3, 0.6, 3.3, 11.0, 24.9, 40.0], **run)
-    for name, known in whole.events.items():
-        np.testing.assert_array_equal(joined(runs, name), known.table)
 
 
 @pytest.mark.parametrize("t0", [1e6, 1e8, -1e10])
@@ -560,11 +539,9 @@ def test_values() -> None:
         (lambda t, y: y[0], "decorate it with @geomint.event"),
         ("x[1]", r"x\[0\] to x\[0\]"),
         ("radius", "a component or a quantity"),
-        (7, "names of components"),
-        ([3.0], "names of components"),
+        *((x, "names of components") for x in (7, [3.0])),
         (["x", "x"], "unlike each other"),
-        ({"": "x"}, "a name of 1 to"),
-        ({3: "x"}, "a name of 1 to"),
+        *((x, "a name of 1 to") for x in ({"": "x"}, {3: "x"})),
         *((("direction", x), "direction") for x in ("left", 2, None, [])),
         *((("terminal", x), "terminal") for x in (0, -1, "yes")),
         *((("level", x), "level") for x in (math.nan, "x")),

@@ -6,7 +6,6 @@ import copy
 import dataclasses
 import math
 import pickle
-import threading
 from typing import Any
 
 import numpy as np
@@ -265,22 +264,6 @@ def test_times_that_no_steps_lead_to(method: str) -> None:
         with pytest.raises((gi.DomainError, gi.StepError)):
             gi.solve(DRIVEN, [0.0], t0=late, t_end=end, step=0.1, method=method)
         motion.step(0)
-
-
-def test_two_threads_have_an_integrator_each() -> None:
-    """Calls give the interpreter up while they run: nothing is shared."""
-    alone = gi.Integrator(LOTKA, START, "gauss-3", step=0.001)
-    alone.step(100_000)
-    motions = [gi.Integrator(LOTKA, START, "gauss-3", step=0.001) for _ in range(4)]
-    threads = [
-        threading.Thread(target=lambda m=m: [m.step(2000) for _ in range(50)]) for m in motions
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for motion in motions:
-        same(motion, alone)
 
 
 # --- runs that go on ------------------------------------------------------------------------------

@@ -87,9 +87,3 @@ def test_a_run_that_fails_keeps_both_kinds_up_to_there() -> None:
     with pytest.raises(gi.NonFiniteError) as caught:
         gi.solve(problem, [0.0, 1.0], t_end=2.0, **given, save_every=3, t_eval=[0.3, 0.75, 1.9])
     np.testing.assert_array_equal(caught.value.partial.t, [0.0, 0.3, 0.375, 0.75, 0.875])
-
-
-@pytest.mark.parametrize("wanted", [[], [[0.1, 0.2]], [0.2, 0.1], [-0.1], [1.1], ["a"]], ids=str)
-def test_times_that_are_none_are_refused(wanted: list[Any]) -> None:
-    with pytest.raises(gi.DomainError, match="t_eval"):
-        run("fixed", 1.0, t_eval=wanted, save_every=1)

@@ -21,7 +21,7 @@ from geomint.problems.testproblems import henon_heiles
 from geomint.run.accuracy.search import Search, Trial
 from geomint.run.accuracy.stretch import extrapolated
 from tests.families import FAMILIES, KINDS, PROBLEMS, pairs
-from tests.problems import outer_solar_system, schwarzschild
+from tests.problems import schwarzschild
 from tests.run.motions import first, second, swing
 
 LARGE = 32  # numbers of a state: of fewer Newton's method is fast
@@ -181,8 +181,17 @@ BAD_SCALES = [
 SCALED = {rate: first("scaled", rate, 1.0, 0.0) for rate in (growing, of_its_inverse, of_time)}
 
 
-@pytest.mark.parametrize("name", ["auto", "gauss-2", "dop853-adaptive"])
-@pytest.mark.parametrize(("rate_of", "rate", "y0", "end"), BAD_SCALES)
+BAD_NAMES = ("auto", "gauss-2", "dop853-adaptive")  # in turn; each for each at night
+
+
+@pytest.mark.parametrize(
+    ("name", "rate_of", "rate", "y0", "end"),
+    [
+        pytest.param(name, *case, marks=[LATE] * (name != BAD_NAMES[k % 3]))
+        for k, case in enumerate(BAD_SCALES)
+        for name in BAD_NAMES
+    ],
+)
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_bad_scales(name: str, rate_of: Any, rate: float, y0: float, end: float) -> None:
     """The right value, or a typed error."""
@@ -207,7 +216,7 @@ def test_a_rate_without_derivatives_at_the_first_time(name: str) -> None:
     assert sol.steps < 20_000
 
 
-@pytest.mark.parametrize("name", ["rk-4", "gauss-8"])
+@pytest.mark.parametrize("name", ["rk-4", pytest.param("gauss-8", marks=LATE)])
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_trials_are_short_however_long_the_run(name: str) -> None:
     """They are calls of compiled code, for whose end Ctrl-C waits; the run is ended at once."""
@@ -223,15 +232,6 @@ def chosen(problem: gi.Problem, y0: Any, tolerance: float) -> gi.Method:
     """The method of a run of no length, which has a reason."""
     end = {"tau_end" if problem.time == "tau" else "t_end": 0.0}
     return gi.solve(problem, y0, **end, method="auto", tolerance=tolerance, compiled=False).method
-
-
-@pytest.mark.nightly
-def test_auto_fits_every_scene() -> None:
-    for name in gi.scene_names():
-        model = gi.load_scene(name).model
-        for form, problem in model.problems.items():
-            method = chosen(problem, model.states[form], 1e-6)
-            assert method.needs in problem.forms
 
 
 def test_auto_takes_what_a_problem_has() -> None:
@@ -344,19 +344,16 @@ def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 @pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met", "ignore:steps of ")
 @pytest.mark.parametrize(
-    ("pairs", "called", "end", "rate"),
+    ("pairs", "called"),
     [
-        *((LARGE // 2, False, 400.0, 12.0), (3, False, 400.0, 12.0)),
-        pytest.param(LARGE // 2, True, 400.0, 12.0, marks=LATE),
-        pytest.param(LARGE // 2, False, 160.0, 4.2, marks=LATE),  # where it goes on, but slowly
+        *((LARGE // 2, False), (3, False)),
+        pytest.param(LARGE // 2, True, marks=LATE),
     ],
 )
-def test_large_states_take_shorter_steps_before_newtons_method(
-    pairs: int, called: bool, end: float, rate: float
-) -> None:
+def test_large_states_take_shorter_steps_before_newtons_method(pairs: int, called: bool) -> None:
     """Not where a callback has seen the first run, and not of small states: there Newton's is fast."""
-    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[rate], field=quickening_pairs)
-    y0, times = np.tile([1.0, 0.0], pairs), list[float]()
+    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[12.0], field=quickening_pairs)
+    end, y0, times = 400.0, np.tile([1.0, 0.0], pairs), list[float]()
     given: dict[str, Any] = {"t_end": end, "progress": False}
     more: Any = {"callback": lambda seen: times.append(seen.t)} if called else {}
     more["events"] = iter(["x[0]"])  # of which the first run takes the last
@@ -397,28 +394,13 @@ def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
         assert 0.0 < error.until < until
 
 
-def test_runs_that_agree_by_chance_are_looked_at() -> None:
-    """Both runs resolved nothing, and their ends were 2.6 tolerances apart."""
-
-    def rising_pitch(p: Any, t: Any, y: Any) -> Any:
-        w = 1.0 + p[0] * t
-        return -w * w * y[0]
-
-    p = second("rising", rising_pitch, 1.38428472, pieces=(("y", 2),))
-    given: dict[str, Any] = {"t_end": 24.74520810609258, "progress": False}
-    sol = gi.solve(p, [0.67775478, 1.15880023], method="auto", tolerance=6.306e-4, **given)
-    right = gi.solve(p, [0.67775478, 1.15880023], step=1e-3, **given).y[-1]
-    assert np.abs(sol.y[-1] - right).max() < 6.306e-3 * np.abs(right).max()
-
-
 def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
     """Older files had errors of steps among the numbers."""
     sol = sphere(3000.0, method="auto", tolerance=1e-8)
     assert sol.accuracy is not None
     sol.save(tmp_path / "run.nc")
     loaded = gi.load(tmp_path / "run.nc")
-    assert loaded.accuracy == sol.accuracy
-    assert loaded == sol
+    assert (loaded, loaded.accuracy) == (sol, sol.accuracy)
     known = loaded.provenance["accuracy"]
     assert known["tolerance"] == 1e-8
     assert "8 stages" in known["reason"]
@@ -468,16 +450,10 @@ def test_how_errors_grow() -> None:
     assert extrapolated(t[:1], 3e-9 * t[:1], 10.0, False) == pytest.approx(3e-8)
 
 
-SLOWEST = [(27.0, 1e-10), *((r, x) for r in (21.3, 28.9) for x in (1e-6, 1e-10)), (27.0, 1e-6)]
-
-
-@pytest.mark.parametrize(
-    ("radius", "tolerance"), [SLOWEST[0], *(pytest.param(*x, marks=LATE) for x in SLOWEST[1:])]
-)
-def test_motions_that_begin_where_they_are_slowest(radius: float, tolerance: float) -> None:
+def test_motions_that_begin_where_they_are_slowest() -> None:
     """Around a black hole: steps are a hundredth of what the beginning says, and so iterations end."""
-    p = schwarzschild.problem()
-    y0 = schwarzschild.initial(p, radius)
+    p, tolerance = schwarzschild.problem(), 1e-10
+    y0 = schwarzschild.initial(p, 27.0)
     found = gi.solve(p, y0, t_end=1e5, method="auto", tolerance=tolerance, progress=False)
     exact = gi.solve(p, y0, t_end=1e5, method="dop853", step=1.0, progress=False)
     off = np.abs(found.y[-1] - exact.y[-1]) / np.maximum(np.abs(y0), np.abs(exact.y[-1]))
@@ -493,27 +469,6 @@ def test_states_are_admitted_once_and_calls_repeat() -> None:
     assert len(admitted) == 2
 
 
-def test_no_call_evaluates_functions_in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But the checks of the first one: from another state nothing is left to them."""
-    problem = HAMILTONIZED.problem
-    asked: dict[str, Any] = {"t_end": 20.0, "tolerance": 1e-6, "observe": ["energy", "K"]}
-    gi.solve(problem, problem.random_state(0), **asked, progress=False)
-
-    def call(f: Any, *given: Any) -> Any:
-        assert not f.function.__module__.startswith("chaplygin"), f"{f} in plain Python"
-        return f.function(*given)
-
-    y0 = problem.random_state(1)
-    monkeypatch.setattr(type(problem.field), "__call__", call)
-    assert gi.solve(problem, y0, **asked, progress=False).success
-
-
-def test_first_steps_of_large_states_have_the_bits_of_plain_python() -> None:
-    problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
-    steps = [gi.solve(problem, y0, t_end=0.0, compiled=c).step for c in (True, False)]
-    assert steps[0] == steps[1]
-
-
 def test_trials_of_other_threads_change_nothing() -> None:
     """Compiled code lets other threads run: each has calls, and what they change, of its own."""
     problem = ch.ChaplyginSphere.from_moments((1.0, 2.0, 3.0), 1.0, 1.0).classical()
@@ -526,6 +481,6 @@ def test_trials_of_other_threads_change_nothing() -> None:
     sys.setswitchinterval(1e-6)
     try:
         with ThreadPoolExecutor(4) as pool:
-            assert list(pool.map(step, 8 * states)) == 8 * alone
+            assert list(pool.map(step, 3 * states)) == 3 * alone
     finally:
         sys.setswitchinterval(before)
