@@ -123,15 +123,12 @@ def test_errors_name_the_value() -> None:
             gi.solve(LOTKA, START, **run, **wrong)
 
 
-@pytest.mark.parametrize(
-    ("name", "problem"), [("gauss-3", "lotka-volterra"), ("rattle-2", "sphere-metric")]
-)
-def test_threads(name: str, problem: str) -> None:
+def test_threads() -> None:
     """Several threads may ask one dense output at once: compiled code lets all of them run."""
-    p, y0 = PROBLEMS[problem]
-    sol = gi.solve(p, y0, t_end=40.0, method=name, step=0.1, dense=True).sol
+    p, y0 = PROBLEMS["sphere-metric"]
+    sol = gi.solve(p, y0, t_end=40.0, method="rattle-2", step=0.1, dense=True).sol
     rng = np.random.default_rng(1)
-    times = [40.0 * rng.random(8000) for _ in range(4)]
+    times = [40.0 * rng.random(3000) for _ in range(4)]
     known = [sol(t) for t in times]
     for _ in range(3):
         with ThreadPoolExecutor(4) as several:

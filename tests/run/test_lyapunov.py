@@ -173,6 +173,7 @@ def test_what_there_is_after_a_failure_and_ctrl_c(monkeypatch: pytest.MonkeyPatc
     assert 0 < found.steps < 50_000
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Nothing has been found, and that can be shown, drawn, saved and reported."""
     interrupt(monkeypatch, 0)

@@ -92,9 +92,10 @@ def test_no_boundary(what: str, states: Any) -> None:
     assert section.boundary is None
 
 
+@pytest.mark.usefixtures("short_chains")
 def test_points_lie_within() -> None:
     """Where the least energy is more than that of the motions there are no points."""
-    states = [Y0, *gi.draw_states(SPHERE, 5, at=Y0, seed=2)]
+    states = [Y0, *gi.draw_states(SPHERE, 2, at=Y0, seed=2)]
     found = gi.poincare_section(SPHERE, states, gi.Event("gamma[2]", "up"), 40, step=0.5)
     assert found.boundary is not None
     for x, y in zip(*found.coordinates(), strict=True):

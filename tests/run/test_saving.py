@@ -50,7 +50,7 @@ def times_to_ask_for(whole: gi.Solution) -> list[float]:
     return [0.0, t[-1], t[1], middle, 0.3 * t[1], 0.5 * (t[-2] + t[-1]), *beside]
 
 
-@examples(30)
+@examples(15)
 @given(
     *(st.sampled_from(sorted(KINDS)), st.sampled_from([1.0, 2.0, 5.0, 2.6, -1.0, -2.6, -5.0])),
     *(st.sampled_from([None, 1, 2, 3, 9]), st.sets(st.integers(0, 7), max_size=5)),
