@@ -84,6 +84,12 @@ def test_stops_where_it_could_not_finish(options: dict[str, Any]) -> None:
     assert (ended.t_events[0] <= ended.tau[-1]).all()
 
 
+def test_the_end_of_an_adaptive_run_is_its_own() -> None:
+    """Whatever the callback says there."""
+    whole = run(lambda reached: reached.tau >= 5.0, t_end=5.0, **ADAPTIVE)
+    assert (whole.message, whole.t[-1]) == ("", 5.0)
+
+
 def failing(error: type[BaseException]) -> Any:
     def callback(reached: Any) -> None:
         raise error("no more")

@@ -142,6 +142,8 @@ def test_physical_time_beside_tau() -> None:
     motion.state = state
     assert motion.t == t
     np.testing.assert_array_equal(motion["v"], state[1:])
+    motion.reset()
+    assert motion.t == motion.time == 0.0
     without = gi.Integrator(TIMED, START, "gauss-3", step=0.1)
     for ask, said in ((lambda: without.t, "clock"), (lambda: without["vv"], "v")):
         with pytest.raises(gi.DomainError, match=said):
@@ -304,6 +306,8 @@ def test_the_beginning_is_no_time_of_the_run() -> None:
     for wrong in ({"t_end": math.inf}, *({"t_end": 9.0, "t_eval": [t]} for t in (4.0, 9.5))):
         with pytest.raises(gi.DomainError):
             gi.solve(DRIVEN, [0.0], t0=5.0, **run, **wrong)
+    with pytest.raises(gi.DomainError, match="at a finite distance"):
+        gi.solve(DRIVEN, [0.0], t0=-1.7e308, t_end=1.7e308, **run)
     for wrong in (math.nan, math.inf, "now", None):
         with pytest.raises(gi.DomainError, match="t0"):
             gi.solve(DRIVEN, [0.0], t0=wrong, t_end=1.0)

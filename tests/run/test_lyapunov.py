@@ -275,6 +275,21 @@ def test_what_no_step_can_do_is_not_the_step_s_fault(y0: list[float], said: str)
         motion.step()
 
 
+@gi.field
+def later(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Has no derivative from t = 1 on, and no number where there is no run."""
+    rate = gi.sqrt(gi.select(t > 1.0, 0.0 * y[0], 1.0 + 0.0 * y[0]))
+    out[0] = rate + 0.0 * gi.sqrt((t + 0.01) * (1.41 - t))
+
+
+def test_what_no_step_can_do_later() -> None:
+    """The steps are tried again at their own times."""
+    problem = gi.Problem("later", (("x", 1),), field=later)
+    with pytest.raises(gi.NonFiniteError, match="derivative cannot") as caught:
+        gi.lyapunov(problem, [1.0], t_end=1.4, method="rk-4", step=0.1)
+    assert (pytest.approx(caught.value.t), caught.value.step) == (1.0, 10)
+
+
 def test_files_and_pictures(tmp_path: Path) -> None:
     """Exponents on logarithmic axes, the index below; one direction has one panel."""
     for count, names in ((2, "t,lambda_1,lambda_2,sali"), (1, "t,lambda_1")):
