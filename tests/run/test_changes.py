@@ -115,24 +115,6 @@ def test_contents_count(monkeypatch: pytest.MonkeyPatch) -> None:
     changed(ENTRIES["explicit"], lambda: monkeypatch.setitem(globals(), "gain", other))
 
 
-def test_a_prepared_stepper_takes_the_new_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run begins by preparing one, which holds what it found there."""
-
-    def after_a_step(motion: gi.Integrator) -> np.ndarray:
-        motion.reset()
-        motion.step()
-        return motion.state
-
-    given = {"problem": PENDULUM, "state": START, "method": "rk-4", "step": 0.125}
-    motion = gi.Integrator(**given)
-    before = after_a_step(motion)
-    monkeypatch.setitem(globals(), "GAIN", 2.25)
-    np.testing.assert_array_equal(after_a_step(motion), before)
-    after = after_a_step(gi.Integrator(**given))
-    np.testing.assert_array_equal(after, after_a_step(gi.Integrator(**given, compiled=False)))
-    assert not np.array_equal(before, after)
-
-
 @pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # its energy does not change
 def test_lanes_are_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """A field that takes eight numbers, then one, then eight."""

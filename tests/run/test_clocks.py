@@ -20,8 +20,7 @@ STEP = 0.125
 
 @gi.field
 def circle(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[1]
-    out[1] = -y[0]
+    out[0], out[1] = 1.0 * y[1], -y[0]
 
 
 # dt/dτ = c exp(dτ) + e − f sin τ: one function, so that it is compiled once.
@@ -34,9 +33,7 @@ def rate(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 def turning(c: float = 0.0, d: float = 0.0, e: float = 0.0, f: float = 0.0) -> gi.Problem:
-    return gi.Problem(
-        "turning", (("y", 2),), params=[c, d, e, f], field=circle, time="tau", clock=rate
-    )
+    return gi.Problem("turning", (("y", 2),), [c, d, e, f], circle, time="tau", clock=rate)
 
 
 START = np.array([0.6, 0.8])

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import geomint as gi
 from geomint.problems.testproblems import pulsating_body
 from tests.problems import abc_flow
+from tests.run.motions import first, second
 
 RK = gi.find_method("rk-4")
 Q_P, Q_P_S = (("q", 1), ("p", 1)), (("q", 1), ("p", 1), ("s", 1))
@@ -63,14 +64,9 @@ def test_the_default_step_where_time_drives(name: str) -> None:
 
 def time_of_force(force: Any, place: float, end: float = 1.0) -> float:
     """Return the characteristic time of q″ = force(place, t) from rest; 1 without the force."""
-    force = gi.helper(force)
-
-    @gi.field
-    def forced(params, t, y, out, work):
-        out[0] = y[1]
-        out[1] = force(params[0], t)
-
-    return time_of(gi.Problem("forced", Q_P, params=[place], field=forced), np.zeros(2), end)
+    known = gi.helper(force)
+    problem = second("forced", lambda p, t, y: known(p[0], t), place)
+    return time_of(problem, np.zeros(2), end)
 
 
 @pytest.mark.nojit
@@ -94,17 +90,12 @@ def test_the_default_step_of_forces_with_jumps() -> None:
     assert 0.5 < 1e3 * time_of_force(early, 1e3, -1.0) < 2.0
 
 
-@gi.field
-def root(params, t, y, out, work):
-    out[0] = gi.sqrt(t - params[0])
-
-
 @pytest.mark.nojit
 def test_a_rate_without_derivatives_where_the_run_begins() -> None:
     """√(t − t₀) is as smooth from t₀ on as √t from 0; roundings of times are no smoothness."""
     for start in (1.0, -3.0, 1e-3, 1e12):
-        problem = gi.Problem("root", (("y", 1),), params=[start], field=root)
-        assert time_of(problem, np.zeros(1), 1.0, start) == 1.0
+        problem = first("root", lambda p, t, y: gi.sqrt(t - p[0]), start)
+        assert time_of(problem, np.zeros(2), 1.0, start) == 1.0
 
 
 @gi.field
@@ -147,31 +138,21 @@ def test_a_tiny_state_and_a_dependence_of_ordinary_speed() -> None:
 
 
 @gi.field
-def runaway(params, t, y, out, work):
-    out[0] = 1.0 + y[0] * y[0]
-
-
-@gi.field
 def swing_and_clock(params, t, y, out, work):
     out[0] = y[1]
     out[1] = -gi.sin(y[0])
     out[2] = 1.0 + 0.0 * y[0]
 
 
-@gi.field
-def friction(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = 1.0 - 1000.0 * y[1]
-
-
-RUNAWAY = gi.Problem("runaway", (("x", 1),), field=runaway)
+RUNAWAY = first("runaway", lambda p, t, y: 1.0 + y[0] * y[0])
+FRICTION = second("friction", lambda p, t, y: 1.0 - 1000.0 * y[1])
 SWING = gi.Problem("swing", Q_P_S, field=swing_and_clock)
 # A problem, its state with a tiny part e, and between what its characteristic time is.
 RESTING = [
-    (RUNAWAY, lambda e: [e], 0.5, 1.0),
+    (RUNAWAY, lambda e: [e, 1.0], 0.5, 1.0),
     (SWING, lambda e: [1.2, e, 0.7 * e], 0.5, 1.5),
     (abc_flow.problem(), lambda e: e * np.array(abc_flow.INITIAL), 0.4, 1.2),
-    (gi.Problem("friction", Q_P, field=friction), lambda e: [1.2, e], 2e-4, 2e-3),
+    (FRICTION, lambda e: [1.2, e], 2e-4, 2e-3),
 ]
 
 
@@ -181,14 +162,12 @@ def test_the_default_step_does_not_shrink_with_what_rests(tiny: float) -> None:
     """However small a piece is from which the state sets out; x = tan(t + arctan x(0)) is met."""
     for problem, state, least, most in RESTING:
         assert least < time_of(problem, state(tiny)) <= most
-    sol = gi.solve(RUNAWAY, [tiny], t_end=1.0)
+    sol = gi.solve(RUNAWAY, [tiny, 1.0], t_end=1.0)
     assert sol.steps < 100
     assert sol.y[-1, 0] == pytest.approx(np.tan(1.0 + np.arctan(tiny)), rel=1e-9)
 
 
-@gi.field
-def fast(params, t, y, out, work):
-    out[0] = -params[0] * y[0] * params[1]
+FAST = first("fast", lambda p, t, y: -p[0] * y[0] * p[1])
 
 
 @pytest.mark.nojit
@@ -204,7 +183,7 @@ def test_a_step_that_is_too_short(
     rates: list[float], step: float | None, name: str, said: str
 ) -> None:
     """Is told as what was given, or as the default one."""
-    problem = gi.Problem("fast", (("x", 1),), rates, field=fast)
+    problem = dataclasses.replace(FAST, params=rates)
     with pytest.raises(gi.DomainError, match=said) as caught:
-        gi.solve(problem, [1e-15], t_end=1.0, method="rk-4", step=step)
+        gi.solve(problem, [1e-15, 1.0], t_end=1.0, method="rk-4", step=step)
     assert caught.value.name == name

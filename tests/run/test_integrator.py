@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 import geomint as gi
 from geomint.run import driver
 from geomint.run.wanted import Wanted
 from tests.families import KINDS, PROBLEMS, kinds, pairs
-from tests.rows import examples
 
 H = 0.05
 LOTKA, START = PROBLEMS["lotka-volterra"]
@@ -99,19 +97,6 @@ def test_there_and_back_and_from_there(name: str, problem: str) -> None:
     assert motion.time == 3.0 + 0.5 * H
 
 
-@examples(25)
-@given(st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=6))
-def test_any_times_are_met(times: list[float]) -> None:
-    """Forwards, backwards, hardly at all: the state is that of one run to the last of them."""
-    motion = gi.Integrator(LOTKA, START, "gauss-3", step=0.02)
-    for time in times:
-        motion.propagate_until(time)
-        assert motion.time == time
-    there = gi.Integrator(LOTKA, START, "gauss-3", step=0.02)
-    there.propagate_until(times[-1])
-    np.testing.assert_allclose(motion.state, there.state, rtol=1e-6)
-
-
 def test_parameters_are_read_and_written() -> None:
     motion = gi.Integrator(LOTKA, START, "gauss-3", step=0.02)
     motion.step(3)
@@ -185,14 +170,8 @@ def row_of_state(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 def test_rows_that_are_not_there() -> None:
-    """In plain Python, which looks at rows, and by parameters that would lead to them."""
+    """By parameters that would lead to them."""
     problem = gi.Problem("rows", (("y", 2),), [1.0], field=row_of_state)
-    for method in ("gauss-3", "rk-4", ADAPTIVE):
-        motion = gi.Integrator(problem, [1.0, 0.0], method, step=0.1, compiled=False)
-        with pytest.raises(IndexError):
-            motion.step(1000)
-        assert motion.state[1] == pytest.approx(motion.time, abs=1e-12)
-        assert (motion.time == 0.0) == (motion.steps == 0)
     motion = gi.Integrator(problem, [1.0, 0.0], "rk-4", step=0.01, compiled=False)
     motion.step()
     state = motion.state

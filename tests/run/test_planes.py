@@ -97,7 +97,6 @@ def test_points_lie_within() -> None:
     """Where the least energy is more than that of the motions there are no points."""
     states = [Y0, *gi.draw_states(SPHERE, 2, at=Y0, seed=2)]
     found = gi.poincare_section(SPHERE, states, gi.Event("gamma[2]", "up"), 40, step=0.5)
-    assert found.boundary is not None
     for x, y in zip(*found.coordinates(), strict=True):
         i, j = np.searchsorted(found.boundary.x, x), np.searchsorted(found.boundary.y, y)
         cell = found.boundary.least[max(j - 1, 0) : j + 1, max(i - 1, 0) : i + 1]
@@ -111,7 +110,6 @@ def test_points_lie_within() -> None:
 def test_the_picture_shows_what_the_energy_allows(problem: gi.Problem, event: str, y0: Any) -> None:
     """All of it, and nearly nothing else."""
     found = gi.poincare_section(problem, y0, event, 20)
-    assert found.boundary is not None
     inside = found.boundary.least <= found.boundary.energy
     panel = found.plot().axes[0]
     for values, some, (low, high) in (

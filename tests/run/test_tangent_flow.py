@@ -17,6 +17,7 @@ from hypothesis import given, strategies as st
 import geomint as gi
 from geomint.run.carried_directions import CarriedDirections
 from tests.families import FAMILIES, PROBLEMS, pairs
+from tests.run.motions import first, swing
 
 STEP, END = 0.05, 3.4 * 0.05  # the last step is a cut one
 FIXED = [pair for pair in FAMILIES if not gi.find_method(pair[0]).adaptive]
@@ -115,35 +116,12 @@ def test_symplectic_to_rounding(name: str, step: float, size: float) -> None:
     np.testing.assert_array_equal(gi.tangent_flow(HENON, y0, **run, method=coarse).slopes, D)
 
 
-@gi.field
-def linear(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = params[0] * y[1]
-    out[1] = params[1] * y[0]
-
-
 @gi.observable
 def pace(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 2.0 + y[0] * y[0]
 
 
-SWING = gi.Problem("swing", (("q", 1), ("p", 1)), [1.0, -1.0], field=linear)
-RUNAWAY = dataclasses.replace(SWING, params=[1.0, 1.0])
-
-
-@given(
-    st.sampled_from(["rk-4", "gauss-8"]),
-    st.sampled_from([0.0, 1e-310, 1e-160, 1e-150, 1.0, 1e150, 1e300]),
-    st.lists(st.integers(-900, 1010), min_size=1, max_size=11),
-)
-def test_lengths_of_directions_do_not_matter(name: str, size: float, powers: list[int]) -> None:
-    """To the last bit, with states of any size, forwards and backwards: units are powers of two."""
-    lengths = 2.0 ** np.array(powers)
-    one, end = np.array([[1.0], [0.7]]), 2.0 if len(powers) % 2 else -2.0
-    run = {"t_end": end, "method": name, "step": 0.25}
-    y0 = [size, 0.3 * size]
-    once = gi.tangent_flow(SWING, y0, **run, directions=one)
-    found = gi.tangent_flow(SWING, y0, **run, directions=one * lengths)
-    np.testing.assert_array_equal(found.slopes / lengths, once.slopes.repeat(len(powers), axis=1))
+SWING, RUNAWAY = swing(), swing(-1.0)
 
 
 @pytest.mark.parametrize("name", ["rk-4", "gauss-8"])
@@ -255,12 +233,7 @@ def test_steps_of_an_adaptive_run(name: str, problem: str) -> None:
     assert np.abs(found.slopes - fine.slopes).max() > 1e-15
 
 
-@gi.field
-def still(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = 0.0 * y[0]
-
-
-FREE = gi.Problem("free", (("x", 1),), field=still)
+FREE = first("free", lambda p, t, y: 0.0 * y[0])
 NAN = np.full((4, 1), np.nan)
 TAU = gi.load_scene("hamiltonized-n3")
 LONG = {"step": 50.0, "t_end": 100.0, "method": gi.Gauss(8, iteration="fixed-point")}
@@ -272,7 +245,7 @@ WRONG = [
     (LONG, gi.StepError, "too large"),
     ({"parameters": np.eye(2)}, gi.DomainError, "1 rows"),
     ({"parameters": np.ones((1, 2)), "directions": np.eye(4)}, gi.DomainError, "as many as"),
-    ({"problem": FREE, "y0": [1.0], "parameters": np.eye(1)}, gi.DomainError, "no parameters"),
+    ({"problem": FREE, "y0": [1.0, 1.0], "parameters": np.eye(1)}, gi.DomainError, "no parameters"),
 ]
 
 
