@@ -15,13 +15,12 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from tests.run.motions import SWINGING, TURNING, first, pulsed, pushed, second
+from tests.run.motions import SWINGING, TURNING, first, pushed, second
 
 NEVER = 1e9
 SHORT = [math.sqrt(0.5) + 0.12 * k for k in range(11)]  # stretches of two steps
 SWITCH, END, STEP = math.sqrt(0.5), 2.0, 0.1
 STARTS = {"pendulum": SWINGING, "sphere": SWINGING, "body": TURNING}
-LATE = pytest.mark.nightly
 
 
 def late(params: Any, t: Any) -> Any:
@@ -49,12 +48,7 @@ def joined(kind: str, method: Any, sign: float, end: float = END) -> tuple[np.nd
 
 FEW = [("rk-4", "pendulum"), ("gauss-8", "pendulum"), ("verlet-2", "sphere"), ("cf-4", "body")]
 FAST = [*FEW, ("rattle-2", "sphere"), ("dormand-prince-5-adaptive", "pendulum")]
-OTHERS = [(name, "pendulum") for name in ("dop853", "gauss-3", "gauss-1-suzuki-4")]
-OTHERS += [(name, "sphere") for name in ("rattle-4", "lobatto-3", "verlet-6")]
-OTHERS += [("rkmk-4", "body"), ("rkmk-dormand-prince-5-adaptive", "body")]
-families = pytest.mark.parametrize(
-    ("name", "kind"), [*FAST, *(pytest.param(*x, marks=LATE) for x in OTHERS)]
-)
+families = pytest.mark.parametrize(("name", "kind"), FAST)
 few = pytest.mark.parametrize(("name", "kind"), FEW)
 
 
@@ -177,10 +171,7 @@ def test_local_errors_know_of_no_switch(name: str, kind: str) -> None:
         assert error.step == pytest.approx(STEP, rel=0.3)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [None, "dop853-adaptive", *(pytest.param(x, marks=LATE) for x in ("rk-4", "verlet-4", "auto"))],
-)
+@pytest.mark.parametrize("name", [None, "dop853-adaptive"])
 @pytest.mark.parametrize("early", [[], [1e-3]])
 def test_tolerances_hold(name: str | None, early: list[float]) -> None:
     given = {"t_end": 12.0, "breaks": [SWITCH, 3.3, *early]}
@@ -189,7 +180,7 @@ def test_tolerances_hold(name: str | None, early: list[float]) -> None:
     for tolerance in (1e-5, 1e-9):
         sol = gi.solve(*sphere, method=name, tolerance=tolerance, **given)
         assert np.abs(sol.y[-1] - fine).max() < 10.0 * tolerance
-        assert sol.steps < {"verlet-4": 40000, "rk-4": 10000}.get(name or "", 200)
+        assert sol.steps < 200
 
 
 def chirp(p: Any, t: Any, y: Any) -> Any:
@@ -291,29 +282,17 @@ def test_a_problem_in_tau_has_breaks_in_tau() -> None:
         gi.solve(timed, [1.0, 0.0], t_end=END, **given)
 
 
-@pytest.mark.parametrize(
-    ("more", "match"),
-    [
-        *(({"breaks": x}, "times between 0 and 2") for x in ([0.0], [END], [0.3, 2.5], [-0.3])),
-        ({"breaks": [math.nan]}, "times between 0 and 2"),
+def test_what_makes_no_sense_is_refused() -> None:
+    for more, match in (
+        *(({"breaks": x}, "times between 0 and 2") for x in ([0.0], [END], [0.3, 2.5], [math.nan])),
         ({"breaks": "soon"}, "times"),
         ({"longest": 0.05}, "at least the step, 0.1"),
         ({"longest": 0.0}, "a positive number"),
         ({"method": gi.Compose(gi.Verlet(), "triple-jump-4")}, "such as 'suzuki-4'"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(more: dict[str, Any], match: str) -> None:
-    given = {"t_end": END, "method": "verlet-2", "step": STEP, "breaks": [SWITCH], **more}
-    with pytest.raises(gi.GeomintError, match=match):
-        gi.solve(problem("sphere"), STARTS["sphere"], **given)
-
-
-@pytest.mark.parametrize("more", [{"longest": 0.1}, {"breaks": [76.0, 80.0, 84.0]}])
-def test_a_pulse_in_the_middle_is_seen(more: dict[str, Any]) -> None:
-    pulse = pulsed(80.0, 0.7, 100.0)
-    want = gi.solve(pulse, [0.7, 0.3], t_end=120.0, method="gauss-8", step=0.01)
-    sol = gi.solve(pulse, [0.7, 0.3], t_end=120.0, tolerance=1e-8, **more)
-    assert np.abs(sol.y[-1] - want.y[-1]).max() < 1e-7 * np.abs(want.y[-1]).max()
+    ):
+        given = {"t_end": END, "method": "verlet-2", "step": STEP, "breaks": [SWITCH], **more}
+        with pytest.raises(gi.GeomintError, match=match):
+            gi.solve(problem("sphere"), STARTS["sphere"], **given)
 
 
 @pytest.mark.parametrize("more", [{}, {"method": "rk-4"}, {"method": "dop853-adaptive"}])

@@ -52,15 +52,6 @@ def in_short_spans(problem: gi.Problem, y0: Any, end: float, method: str) -> flo
     return span
 
 
-def of_a_copy(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
-    motion = gi.Integrator(problem, problem.canonical(y0), method)
-    motion.step()
-    other = gi.Integrator.__new__(gi.Integrator)
-    other.__setstate__(motion.__getstate__())
-    other.propagate_until(end)
-    return other.h
-
-
 def of_members(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
     clock = False if problem.time == "tau" else None
     states = np.array([y0] * 9)
@@ -86,7 +77,7 @@ def of_sections(problem: gi.Problem, y0: Any, end: float, method: str) -> float:
     return gi.poincare_section(problem, y0, event, 10**6, method=method, end=end).step
 
 
-WAYS = [in_a_loop, in_a_call, in_short_spans, of_a_copy]
+WAYS = [in_a_loop, in_a_call, in_short_spans]
 WAYS += [of_members, of_members_at_times, of_exponents, of_sections]
 
 
@@ -179,22 +170,6 @@ def test_a_new_state_is_another_motion_and_one_warning_is_enough() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         motion.step(2000)
-
-
-@gi.field
-def two(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    for i in range(2):
-        out[i] = 1.0 * y[2 + i]
-        out[2 + i] = params[i] - y[i]
-
-
-@pytest.mark.parametrize("form", [(("y", 4),), (("q", 2), ("p", 2))])
-@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
-def test_the_first_guess_asks_how_fast_rates_turn(form: Any, size: float) -> None:
-    """Whatever pieces numbers are in, and whatever the units of length are."""
-    problem = gi.Problem("two", form, [300.0 * size, 100.0 * size], field=two)
-    y0 = [301.0 * size, 101.0 * size, 0.5 * size, 0.0]
-    assert 0.1 < gi.Integrator(problem, y0, "gauss-8", compiled=False).h < 4.0
 
 
 def test_scipys_runs_from_tolerances_tell_what_comes_after_the_pilot_run() -> None:

@@ -114,13 +114,8 @@ def test_errors_name_the_value() -> None:
             sol.sol(times[0], tau=times[1])
     with pytest.raises(gi.DomainError, match="dense=True"):
         _ = gi.solve(LOTKA, START, **run).sol
-    for wrong, said in (
-        ({"dense": "yes"}, "dense"),
-        ({"tau_eval": [0.5]}, r"tau_eval = .*t_eval"),
-        ({"t_eval": many}, "at most"),
-    ):
-        with pytest.raises(gi.DomainError, match=said):
-            gi.solve(LOTKA, START, **run, **wrong)
+    with pytest.raises(gi.DomainError, match="at most"):
+        gi.solve(LOTKA, START, **run, t_eval=many)
 
 
 def test_threads() -> None:

@@ -147,8 +147,6 @@ def test_wrong_input() -> None:
     scene = gi.load_scene("sphere-n3")
     with pytest.raises(gi.DomainError, match="takes no steps"):
         gi.solve(scene.problem, scene.state, method="exact", **whole)
-    with pytest.raises(gi.DomainError, match="estimate_error"):
-        gi.solve(CIRCLE, [1.0, 0.0], **{**whole, "estimate_error": "yes"})
 
 
 @gi.field

@@ -121,16 +121,6 @@ def test_it_is_of_the_end_whatever_is_saved() -> None:
     assert gi.solve(*HENON, t_end=50.0, method="gauss-8", **QUIET).end_error is None
 
 
-@pytest.mark.parametrize("behind", [0.0146, 1.0146])
-def test_a_jump_behind_the_middle_of_a_window_is_measured(behind: float) -> None:
-    """Also before the first node of a step: both err alike."""
-    problem = moved(switched, (10.0 + behind) * 0.1)
-    sol = gi.solve(problem, [0.7, 0.3], t_end=2.0, method="gauss-6", step=0.1, **QUIET)
-    size = np.abs(sol.y[-1]).max()
-    assert 0.3 < sol.local_error.largest * size / (0.01 * 0.0146 * 0.1) < 3.0
-    assert abs(sol.local_error.time - 1.0 - 0.1 * behind) < 0.21
-
-
 def test_ctrl_c_while_a_run_is_confirmed_leaves_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     def pressed(*_: Any) -> None:
         raise KeyboardInterrupt
