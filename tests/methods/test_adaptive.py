@@ -279,15 +279,13 @@ def first_row(params, t, y, work):
 
 @gi.field
 def explosion(params, t, y, out, work):
-    out[0] = y[0] * y[0]
-    out[1] = 0.0 * y[1]
+    out[0], out[1] = y[0] * y[0], 0.0 * y[1]
 
 
 @gi.field
 def until(params, t, y, out, work):
     """No number beyond the time that is given."""
-    out[0] = gi.sqrt(params[0] - t) + 0.0 * y[0]
-    out[1] = 0.0 * y[1]
+    out[0], out[1] = gi.sqrt(params[0] - t) + 0.0 * y[0], 0.0 * y[1]
 
 
 EXPLOSION = gi.Problem("explosion", (("y", 2),), field=explosion)
@@ -384,5 +382,4 @@ def test_a_first_step_that_no_time_can_tell(name: str, t0: float) -> None:
 
 @gi.field
 def falls(params, t, y, out, work) -> None:
-    out[0] = 1.0 * y[1]
-    out[1] = -1.0 + 0.0 * y[0]
+    out[0], out[1] = 1.0 * y[1], -1.0 + 0.0 * y[0]

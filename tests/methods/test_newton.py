@@ -123,8 +123,7 @@ def test_what_is_found_is_what_the_fixed_point_finds(stages: int) -> None:
 @gi.field
 def stiffer(params, t, y, out, work):
     """An oscillator whose force grows with time: steps are easy, and then they are not."""
-    out[0] = y[1]
-    out[1] = -(1.0 + params[0] * t * t) * y[0] - y[0] * y[0] * y[0]
+    out[0], out[1] = y[1], -(1.0 + params[0] * t * t) * y[0] - y[0] * y[0] * y[0]
 
 
 STIFFER = problem(stiffer, 2, [100.0])
@@ -199,8 +198,7 @@ def test_easy_steps_do_not_turn() -> None:
 
 @gi.field
 def linear(params, t, y, out, work):
-    out[0] = params[0] + params[1] * y[1]
-    out[1] = params[2] + params[3] * t + 0.0 * y[0]
+    out[0], out[1] = params[0] + params[1] * y[1], params[2] + params[3] * t + 0.0 * y[0]
 
 
 @pytest.mark.parametrize(
@@ -256,8 +254,7 @@ def test_from_rest_and_through_nothing() -> None:
 @gi.field
 def powers(params, t, y, out, work):
     """Takes no numbers with derivatives."""
-    out[0] = y[1]
-    out[1] = -params[0] * y[0] ** 3
+    out[0], out[1] = y[1], -params[0] * y[0] ** 3
 
 
 @pytest.mark.filterwarnings("ignore:field 'powers' takes one number:geomint.GeomintWarning")

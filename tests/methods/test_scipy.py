@@ -39,8 +39,7 @@ def truth():
 
 @gi.field
 def field(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -gi.sin(y[0])
+    out[0], out[1] = y[1], -gi.sin(y[0])
 
 
 PENDULUM = gi.Problem("pendulum", (("y", 2),), field=field)

@@ -47,14 +47,12 @@ def off(problem: gi.Problem, y: np.ndarray, right: np.ndarray) -> float:
 
 @gi.field
 def pendulum(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -params[0] * gi.sin(y[0])
+    out[0], out[1] = y[1], -params[0] * gi.sin(y[0])
 
 
 @gi.field
 def driven(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -params[0] * gi.sin(y[0]) + gi.sin(t)
+    out[0], out[1] = y[1], -params[0] * gi.sin(y[0]) + gi.sin(t)
 
 
 @gi.observable

@@ -79,10 +79,10 @@ def off(found: Any, e: float, side: int, t: float) -> float:
     return float(np.max(np.abs(found - there(e, side, t)) / sizes))
 
 
-LATE = [pytest.param(*x, marks=pytest.mark.nightly) for x in ((1, END), (-1, END), (1, -END))]
+LATE = [pytest.param(*x, marks=pytest.mark.nightly) for x in ((-1, END), (1, -END))]
 
 
-@pytest.mark.parametrize(("side", "end"), [(-1, -END), *LATE])
+@pytest.mark.parametrize(("side", "end"), [(-1, -END), (1, END), *LATE])
 def test_a_long_uneven_motion(side: int, end: float) -> None:
     e = 0.97
     sol = gi.solve(orbit(), start(e, side), t_end=end, observe=["energy"], **ASKED)
@@ -149,15 +149,6 @@ def test_what_keeps_its_time(case: str) -> None:
     given: dict[str, Any] = {"t_end": END, "events": AT_ONCE, **ASKED}
     assert gi.solve(problem, start(e, -1), **{**given, **more}).problem.name == "orbit"
     assert gi.solve(orbit(), start(0.95, -1), **given).problem.name == "orbit-by-speed"
-
-
-def test_where_no_step_of_its_own_time_serves() -> None:
-    """From afar trials fail, or mislead: steps of one length miss 1e-9 by 10 times there."""
-    e, end = 0.98, 12_568.0
-    sol = gi.solve(orbit(), start(e, 1), t_end=end, **ASKED)
-    assert sol.problem.name == "orbit-by-speed"
-    assert not sol.warnings
-    assert off(sol.y[-1], e, 1, end) < 1e-8
 
 
 def test_what_makes_no_sense_is_said_of_the_problem() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from tests.run.motions import SWINGING, TURNING, pushed, second, swing
+from tests.run.motions import SWINGING, TURNING, pushed, second
 
 
 def inside(p: Any, t: Any) -> Any:
@@ -115,14 +115,3 @@ def test_steps_of_integrators_and_with_directions() -> None:
             assert motion.time == end
             np.testing.assert_allclose(motion.state, known, rtol=0, atol=1e-14)
         np.testing.assert_allclose(motion.tangents, flow.slopes[:, :1], rtol=0, atol=1e-12)
-
-
-def test_nothing_of_a_state_knows() -> None:
-    """Where nothing depends on time, the run is that of an integrator without an end, to the bit."""
-    for begin, end, count in SPANS:
-        step = (end - begin) / count
-        sol = gi.solve(swing(), [0.3, 0.4], t0=begin, t_end=end, step=abs(step), method="rk-4")
-        motion = gi.Integrator(swing(), [0.3, 0.4], "rk-4", step=abs(sol.step), time=begin)
-        motion.h = math.copysign(motion.h, step)
-        motion.step(count)
-        np.testing.assert_array_equal(sol.y[-1], motion.state)

@@ -125,28 +125,6 @@ def test_an_event_ends_the_run_in_a_later_stretch(name: str, kind: str) -> None:
     np.testing.assert_allclose(once.t_events[0], [SWITCH], rtol=0, atol=1e-15)
 
 
-def test_an_event_ends_the_run_in_an_early_stretch() -> None:
-    """There the second run ends, too."""
-    event = {"soon": gi.Event(lambda params, t, y, work: t - 0.3 + 0.0 * y[0], terminal=True)}
-    given: dict[str, Any] = {"breaks": [0.6, SWITCH], "events": event}
-    sol = gi.solve(problem("pendulum"), SWINGING, t_end=END, **given)
-    assert sol.t[-1] == pytest.approx(0.3, abs=1e-14)
-    assert sol.end_error.error < 1e-9
-
-
-def dipping(p: Any, t: Any, y: Any) -> Any:
-    now = gi.select(t > 3.0, gi.select(t < 3.25, 1.0, 0.0), 0.0)
-    return -0.01 * p[0] * p[0] * gi.cos(p[0] * (t - 3.0)) * now
-
-
-@pytest.mark.parametrize("name", ["dop853", "gauss-8"])
-def test_events_in_the_first_step_behind_a_break(name: str) -> None:
-    """Steps before it, in which nothing moves, say nothing of it."""
-    given = {"t_end": 5.0, "step": 0.25, "breaks": [3.0, 3.25], "events": "x"}
-    sol = gi.solve(second("dip", dipping, 8.0 * math.pi), [0.01, 0.0], method=name, **given)
-    np.testing.assert_allclose(sol.t_events[0], [3.0625, 3.1875], rtol=0, atol=1e-3)
-
-
 @few
 @pytest.mark.parametrize("more", [[], [0.12 * k + 0.1 * (k % 2 > 0) for k in range(1, 16)]])
 def test_an_estimate_is_that_of_all_stretches(name: str, kind: str, more: list[float]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -28,22 +27,13 @@ def gain(x: Any) -> Any:
 @gi.field
 def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̈ = −k² sin q."""
-    out[0] = gain(y[1])
-    out[1] = -gain(sin(y[0]))
-
-
-@gi.field
-def branching(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """The same, for one number at a time."""
-    out[0] = gain(y[1]) if y[1] > -9.0 else y[1]
-    out[1] = -gain(sin(y[0]))
+    out[0], out[1] = gain(y[1]), -gain(sin(y[0]))
 
 
 @gi.field
 def circle(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """A field that nothing changes."""
-    out[0] = 1.0 * y[1]
-    out[1] = -1.0 * y[0]
+    out[0], out[1] = 1.0 * y[1], -1.0 * y[0]
 
 
 @gi.observable
@@ -76,7 +66,6 @@ CIRCLING = gi.Problem("circle", PIECES, [1.0], circle, invariants={"energy": ene
 ENTRIES = {
     "explicit": solved(PENDULUM, "rk-4"),
     "lanes": solved(PENDULUM, "gauss-2"),
-    "one at a time": solved(dataclasses.replace(PENDULUM, field=branching), "gauss-2"),
     "observable": solved(CIRCLING, "rk-4", observe="invariants"),
     "pointwise": mapped,
 }
@@ -91,10 +80,7 @@ def changed(entry: Callable[[bool], Any], change: Callable[[], None]) -> None:
     assert not np.array_equal(before, after)
 
 
-@pytest.mark.filterwarnings(
-    "ignore:field 'branching' takes one number:geomint.GeomintWarning",
-    "ignore::geomint.DeclarationWarning",
-)
+@pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_entry_takes_the_new_number(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the bits of plain Python, which always does."""
@@ -126,20 +112,6 @@ def test_lanes_are_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_array_equal(first, ENTRIES["lanes"](False))
     monkeypatch.setitem(globals(), "gain", lanes)
     np.testing.assert_array_equal(ENTRIES["lanes"](True), ENTRIES["lanes"](False))
-
-
-def test_what_numba_compiled_is_refused() -> None:
-    """With the name by which it was found, and what to do."""
-    numba = pytest.importorskip("numba")
-    half = numba.njit(lambda x: 0.5 * x)
-
-    def halving(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = half(y[0])
-
-    problem = gi.Problem("halving", (("q", 1),), [1.0], field=gi.field(halving))
-    for method in ("rk-4", "gauss-2") if hasattr(half, "py_func") else ():
-        with pytest.raises(gi.DomainError, match=r"half in .*halving .*geomint\.helper"):
-            gi.solve(problem, [1.0], t_end=1.0, step=0.1, method=method)
 
 
 RATE = 1.0

@@ -79,11 +79,9 @@ def test_a_clock_that_gets_there_is_none(name: str, sign: float) -> None:
     assert math.isfinite(sol.tau[-1])
 
 
-@pytest.mark.parametrize(
-    ("end", "step"), [({"t_end": 1e300}, STEP), ({"t_end": 1.0}, 1e-300), ({"t_end": -1e18}, 1.0)]
-)
-def test_no_more_steps_than_there_are_times(end: dict[str, float], step: float) -> None:
+def test_no_more_steps_than_there_are_times() -> None:
     """With an end in physical time as with one in the problem's own."""
-    for own in (end, {"tau_end": end["t_end"]}):
-        with pytest.raises(gi.DomainError, match="in fewer than 2⁵³ steps"):
-            gi.solve(turning(e=1.0), START, **own, method="rk-4", step=step)
+    for end, step in ((1e300, STEP), (1.0, 1e-300), (-1e18, 1.0)):
+        for time in ("t_end", "tau_end"):
+            with pytest.raises(gi.DomainError, match="in fewer than 2⁵³ steps"):
+                gi.solve(turning(e=1.0), START, **{time: end}, method="rk-4", step=step)

@@ -80,8 +80,7 @@ def test_no_note_ends_a_run(pieces: Any) -> None:
 
     @gi.field
     def undefined(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = 1e5 + 0.0 * y[0]
-        out[1] = (y[1] - y[1]) / (y[1] - y[1])
+        out[0], out[1] = 1e5 + 0.0 * y[0], (y[1] - y[1]) / (y[1] - y[1])
 
     @gi.helper
     def flow(k: Any, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:

@@ -192,18 +192,12 @@ FORMS = {
 }
 
 
-def bare(form: str) -> tuple[gi.Problem, gi.Problem, Any, dict[str, Any], str]:
-    """Return a problem, the same with one form alone, a state, an end, and the default method."""
-    given, y0, name = FORMS[form]
-    gone = dict.fromkeys(("field", "action", "hamiltonian", "splitting"))
-    alone = dataclasses.replace(given, **{**gone, form: getattr(given, form)})
-    return given, alone, y0, ending(given, 2.0), name
-
-
 @pytest.mark.parametrize("form", FORMS)
 def test_the_default_method_fits_the_form(form: str) -> None:
     """Where none is named; the motion is that of the field."""
-    given, p, y0, end, name = bare(form)
+    given, y0, name = FORMS[form]
+    gone = dict.fromkeys(("field", "action", "hamiltonian", "splitting"))
+    p, end = dataclasses.replace(given, **{**gone, form: getattr(given, form)}), ending(given, 2.0)
     run = gi.solve(p, y0, **end)
     assert run.method.name == name
     right = gi.solve(given, y0, **end, method=None if given.field else "rkmk-4", step=0.01).y[-1]

@@ -28,8 +28,7 @@ def driven(params, t, y, out, work):
     s = params[0] * t
     stiffness = params[1] + params[2] * gi.sin(params[3] * s)
     force = params[4] * gi.sin(params[6] * s) + params[5] * gi.cos(params[6] * s)
-    out[0] = y[1]
-    out[1] = params[0] * params[0] * (force - stiffness * y[0])
+    out[0], out[1] = y[1], params[0] * params[0] * (force - stiffness * y[0])
 
 
 # k, b, ν, a, c, ω of q″ = −(k + b sin νt) q + a sin ωt + c cos ωt; q, p at 0; end.

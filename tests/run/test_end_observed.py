@@ -15,14 +15,12 @@ pytestmark = pytest.mark.nojit
 
 @gi.field
 def turning(params, t, y, out, work):
-    out[0] = -y[1]
-    out[1] = y[0]
+    out[0], out[1] = -y[1], y[0]
 
 
 @gi.field
 def ending(params, t, y, out, work):
-    out[0] = -y[1] / gi.sqrt(1.0 - t)
-    out[1] = y[0] / gi.sqrt(1.0 - t)
+    out[0], out[1] = -y[1] / gi.sqrt(1.0 - t), y[0] / gi.sqrt(1.0 - t)
 
 
 @gi.field
@@ -108,7 +106,7 @@ def test_a_failed_run_is_observed_to_its_last_state(every: int, observed: str) -
 
 
 class Pressing(gi.Watcher):
-    """Ctrl-C that comes while something is observed."""
+    """Ctrl-C that comes while something is observed for the fourth time."""
 
     calls = 0
 

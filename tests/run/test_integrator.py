@@ -138,9 +138,8 @@ def test_physical_time_beside_tau() -> None:
     rest = gi.solve(pickle.loads(pickle.dumps(half)), t_end=8.0, t_eval=[5.0, 8.0])
     np.testing.assert_array_equal(rest.y[-1], whole.y[-1])
     np.testing.assert_array_equal(rest.t, [5.0, 8.0])
-    for wrong in ({"t_end": 2.0}, {"t_end": 8.0, "step": 0.2}, {"t_end": 8.0, "method": "rk-4"}):
-        with pytest.raises((gi.DomainError, gi.ClockError)):
-            gi.solve(half, **wrong)
+    with pytest.raises(gi.DomainError):
+        gi.solve(half, t_end=8.0, step=0.2)
 
 
 @METHODS
@@ -161,8 +160,7 @@ def test_after_an_error_it_is_where_it_was(method: str) -> None:
 
 @gi.field
 def row_of_state(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[int(params[0] * y[1])]
-    out[1] = 1.0
+    out[0], out[1] = y[int(params[0] * y[1])], 1.0
 
 
 def test_rows_that_are_not_there() -> None:
@@ -311,19 +309,6 @@ def test_no_state_is_lost_where_ctrl_c_comes(call: int, monkeypatch: pytest.Monk
     rest = gi.solve(first, t_end=10.0, t_eval=times[len(first.t) :])
     np.testing.assert_array_equal(np.append(first.t, rest.t), times)
     np.testing.assert_array_equal(np.vstack((first.y, rest.y)), whole.y)
-
-
-def test_the_limit_of_steps_is_that_of_a_run() -> None:
-    """What it has left goes on, with as many steps again."""
-    method = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), max_steps=50)
-    with pytest.raises(gi.StepLimitError) as raised:
-        gi.solve(LOTKA, START, t_end=1e3, method=method)
-    for _ in range(2):
-        former = raised.value.partial
-        with pytest.raises(gi.StepLimitError) as raised:
-            gi.solve(former, t_end=1e3)
-        assert raised.value.step == raised.value.partial.steps == 50
-        assert raised.value.t > former.t[-1] + 1.0
 
 
 class Failing(gi.Watcher):

@@ -184,8 +184,7 @@ def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
 
 @gi.field
 def linear(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = params[0] * y[0] + params[1] * y[1]
-    out[1] = params[2] * y[0] + params[3] * y[1]
+    out[0], out[1] = params[0] * y[0] + params[1] * y[1], params[2] * y[0] + params[3] * y[1]
     for i in range(2, 5):
         out[i] = params[4] * y[i]
 
@@ -196,8 +195,13 @@ def of_rates(*rates: float) -> gi.Problem:
     return gi.Problem("linear", pieces, np.array(rates), field=linear, measure=gi.Measure())
 
 
-@pytest.mark.parametrize("rates", [[0.1, 0.5, -0.2], [-0.2, 0.1, 0.5], [-1.0, -2.0, -3.0]])
-@pytest.mark.parametrize("sizes", [(1.0, 1.0), (1e-300, 1e-300), (1e300, 1e-300), (0.0, 1e-300)])
+@pytest.mark.parametrize(
+    ("rates", "sizes"),
+    [
+        *(([0.1, 0.5, -0.2], (1.0, 1.0)), ([-0.2, 0.1, 0.5], (1e-300, 1e-300))),
+        *(([-1.0, -2.0, -3.0], (1e300, 1e-300)), ([0.1, 0.5, -0.2], (0.0, 1e-300))),
+    ],
+)
 def test_exponents_fall(rates: list[float], sizes: tuple[float, float]) -> None:
     """In whatever order directions are, which are numbers in units of their pieces, of any size."""
     p, y0 = of_rates(rates[0], 0.0, 0.0, *rates[1:]), (*sizes, 1.0, 0.0, 0.0)
@@ -252,8 +256,7 @@ def test_at_rest() -> None:
 
 @gi.field
 def abrupt(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = 1.0 * y[1]
-    out[1] = gi.sqrt(abs(y[1])) - 1.0 / y[0]
+    out[0], out[1] = 1.0 * y[1], gi.sqrt(abs(y[1])) - 1.0 / y[0]
 
 
 def test_what_no_step_can_do_is_not_the_step_s_fault() -> None:

@@ -136,12 +136,11 @@ def hump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """A rotation that is fast about time 10: Newton's method finds its steps there."""
     z = (t - 10.0) / params[0]
     w = 1.0 + params[1] / (1.0 + z * z)
-    out[0] = w * y[1]
-    out[1] = -w * y[0]
+    out[0], out[1] = w * y[1], -w * y[0]
 
 
-@pytest.mark.parametrize(("width", "step"), [(1.0, 0.25), (2.0, 0.25), (2.0, 0.35)])
-def test_the_worst_of_steps_by_newtons_method_is_found(width: float, step: float) -> None:
+def test_the_worst_of_steps_by_newtons_method_is_found() -> None:
+    width, step = 2.0, 0.35
     problem = gi.Problem("hump", (("y", 2),), params=[width, 20.0], field=hump)
     sol = gi.solve(problem, [1.0, 0.0], t_end=20.0, method="gauss-8", step=step, **QUIET)
     angle = 20.0 + 40.0 * width * math.atan(10.0 / width)

@@ -48,6 +48,7 @@ def test_copies_are_equal() -> None:
             assert (again.name, again.order) == (method.name, method.order)
             assert (again.options, repr(again)) == (method.options, repr(method))
     assert len(set(VALUES)) == len(VALUES)
+    assert repr(gi.find_method("rattle-4")) == "Compose(Rattle(), 'suzuki-4')"
 
 
 def test_what_is_written_differently_is_the_same() -> None:
@@ -62,22 +63,6 @@ def test_what_is_written_differently_is_the_same() -> None:
     one, other = (gi.Adaptive(gi.RungeKutta("dop853"), atol=zero) for zero in (0.0, -0.0))
     assert one == other
     assert repr(one) == repr(other)
-
-
-REPRS = {
-    "Gauss(8)": gi.Gauss(),
-    "Gauss(3, iteration_tolerance=1e-10)": gi.Gauss(3, iteration_tolerance=1e-10),
-    "RungeKutta('rk-4')": gi.RungeKutta(),
-    "RKMK('dop853', 'cayley')": gi.RKMK("dop853", "cayley"),
-    "Compose(Rattle(), 'suzuki-4')": gi.find_method("rattle-4"),
-    "Adaptive(RungeKutta('dop853'))": gi.find_method("dop853-adaptive"),
-}
-
-
-def test_reprs() -> None:
-    """Short, as one would write them."""
-    assert [repr(method) for method in REPRS.values()] == list(REPRS)
-    assert repr(gi.RungeKutta(MINE)).startswith("RungeKutta(Tableau(name='mine-3'")
 
 
 # --- methods of one's own -------------------------------------------------------------------------
