@@ -46,7 +46,7 @@ def both(problem: gi.Problem, y0: Any, method: Any = "cf-4", **options: Any) -> 
 SLOW = [pytest.mark.nightly]
 CASES = [
     *(pytest.param(m, "attitude, R³", False, marks=SLOW * ("gauss-1" in m)) for m in BY_GROUP),
-    ("cf-4", "attitude and contact point", False),
+    pytest.param("cf-4", "attitude and contact point", False, marks=SLOW),
     *(pytest.param(m, n, True, marks=SLOW) for m in BY_GROUP for n in PROBLEMS),
 ]
 

@@ -10,6 +10,7 @@ from hypothesis import given, strategies as st
 import geomint as gi
 from tests.measure.exact_maps import exact_defect
 from tests.measure.test_defect import NOISE, observed, volume
+from tests.rows import examples
 
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 
@@ -24,6 +25,7 @@ def linear(params, t, y, out, work):
 
 
 @pytest.mark.nojit
+@examples(5)
 @given(st.integers(1, 9), st.floats(-12.0, 0.5), st.integers(0, 10**6))
 def test_determinants_of_linear_maps(d: int, exponent: float, seed: int) -> None:
     """Near 1 to the rounding of their distance from it, and far from it."""

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 import geomint as gi
+from tests.rows import examples
 
 Function = Callable[[np.ndarray], np.ndarray]
 EIGHT = tuple(8.0 / count for count in (8, 1))  # pieces of what is looked at until 8
@@ -48,6 +49,7 @@ def roots_of(f: Function, end: float, piece: float = 1.0, begin: float = 0.0, **
     return gi.solve(problem, y0, **run).events["x"]
 
 
+@examples(5)
 @given(
     st.sampled_from([1.0, 6.0, 40.0]), st.sampled_from([1, -1]), st.floats(10.0, 30.0), st.data()
 )

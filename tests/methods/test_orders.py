@@ -37,7 +37,7 @@ NAMES = [n for n in (*gi.method_names(), *COMPOSED) if not gi.find_method(n).ada
 EACH = {"rk-4", "cf-4", "rkmk-4", "rkmk-cayley-4", "gauss-2", "rattle-2", "lobatto-3", "verlet-2"}
 EACH |= {"verlet-4"}  # one method of each kind
 
-ORDERS = {"rk-4", "rkmk-4", "gauss-2", "verlet-2"}
+ORDERS = {"rk-4", "rkmk-4", "gauss-2"}
 
 # Steps of the three runs, by order: errors between 1e-14 and 1e-2.
 COUNTS = {
@@ -91,10 +91,15 @@ LONG = [n for n in NAMES if isinstance(gi.find_method(n), gi.Compose)]
 def stepped() -> list[Any]:
     """All methods on the first problem of their form, on the others those with other steps."""
     found = []
-    late = {*LONG} - {"rattle-4", "gauss-1-suzuki-4", "gauss-2-yoshida-6", "verlet-yoshida-6"}
+    late = {"lobatto-5", "lobatto-6", "lobatto-7", *LONG} - {
+        "rattle-4",
+        "gauss-1-suzuki-4",
+        "gauss-2-yoshida-6",
+        "verlet-yoshida-6",
+    }
     for name in NAMES:
         for index in range(len(cases(gi.find_method(name).needs)) if name not in LONG else 1):
-            fast = name not in late if index == 0 else name in EACH
+            fast = name not in late if index == 0 else name in EACH - {"lobatto-3"}
             found.append(pytest.param(name, index, marks=[pytest.mark.nightly] * (not fast)))
     return found
 

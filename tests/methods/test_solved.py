@@ -93,8 +93,8 @@ def test_an_accepted_step_is_solved(
     At night of all systems and test problems, a hundred thousand steps together.
     """
     few = request.node.get_closest_marker("nightly") is None
-    accepted, failed = first_steps(kind, stages, 3 if few else 180, few, tolerance)
-    assert accepted > (2 if few else 1000)
+    accepted, failed = first_steps(kind, stages, 2 if few else 180, few, tolerance)
+    assert accepted > (1 if few else 1000)
     assert failed <= TOO_LONG.get(kind, 0.05) * accepted
 
 

@@ -82,8 +82,7 @@ def test_a_run_is_two_runs_joined(name: str, kind: str, sign: float) -> None:
     assert adaptive or np.abs(without.y[-1] - want).max() > 1e-6
 
 
-@few
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("name", "kind", "sign"), [(*x, (-1.0) ** k) for k, x in enumerate(FEW)])
 def test_states_asked_for_lie_on_the_same_motion(name: str, kind: str, sign: float) -> None:
     """States at times, dense output, events, and what is saved: before, at and behind the break."""
     near = [SWITCH - 1e-3, math.nextafter(SWITCH, 0.0), SWITCH, math.nextafter(SWITCH, 1.0)]

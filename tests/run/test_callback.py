@@ -32,7 +32,7 @@ def run(callback: Any, **options: Any) -> gi.Solution:
 def test_told_where_it_is(options: dict[str, Any]) -> None:
     """States of whole steps, in order; the run has the bits of one without."""
     seen: list[Any] = []
-    watched, plain = run(seen.append, **options), run(None, **options)
+    watched, plain = (run(call, t_end=20.0, **options) for call in (seen.append, None))
     assert watched == plain
     steps = [reached.steps for reached in seen]
     assert steps == sorted(set(steps))

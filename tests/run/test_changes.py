@@ -101,6 +101,7 @@ def test_contents_count(monkeypatch: pytest.MonkeyPatch) -> None:
     changed(ENTRIES["explicit"], lambda: monkeypatch.setitem(globals(), "gain", other))
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # its energy does not change
 def test_lanes_are_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """A field that takes eight numbers, then one, then eight."""

