@@ -91,12 +91,8 @@ LONG = [n for n in NAMES if isinstance(gi.find_method(n), gi.Compose)]
 def stepped() -> list[Any]:
     """All methods on the first problem of their form, on the others those with other steps."""
     found = []
-    late = {"lobatto-5", "lobatto-6", "lobatto-7", *LONG} - {
-        "rattle-4",
-        "gauss-1-suzuki-4",
-        "gauss-2-yoshida-6",
-        "verlet-yoshida-6",
-    }
+    few = {"rattle-4", "gauss-1-suzuki-4", "gauss-2-yoshida-6", "verlet-yoshida-6"}
+    late = {"lobatto-5", "lobatto-6", "lobatto-7", *LONG} - few
     for name in NAMES:
         for index in range(len(cases(gi.find_method(name).needs)) if name not in LONG else 1):
             fast = name not in late if index == 0 else name in EACH - {"lobatto-3"}
