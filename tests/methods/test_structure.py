@@ -14,7 +14,6 @@ from tests.problems import (
     double_pendulum,
     frame_in_field,
     lotka_volterra,
-    so_n_flow,
     spherical_pendulum,
 )
 
@@ -68,28 +67,6 @@ def test_quadratic_invariants_are_kept(name: str) -> None:
     assert sol.steps == STEPS or METHODS[name].adaptive
     for drift in sol.drift.values():
         assert_no_drift(drift, 2.0)
-
-
-@pytest.mark.parametrize(
-    "name", late(("cf-4", "cf-3", "cg-3", "rkmk-4", "rkmk-cayley-4"), ("cf-3",))
-)
-def test_group_methods_keep_spectra_and_frames(name: str) -> None:
-    """The spectrum of k, gᵀg, and what g carries into space: gγ and gkgᵀ."""
-    problem, y0 = so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)
-    steps = 20000
-    sol = gi.solve(problem, y0, t_end=0.05 * steps, step=0.05, method=name)
-    carried = []
-    for y in (y0, sol.y[-1]):
-        k = np.zeros((3, 3))
-        k[np.triu_indices(3, 1)] = y[:3]
-        k -= k.T
-        g = y[6:].reshape(3, 3)
-        spectrum = np.sort(np.linalg.eigvals(k).imag)
-        carried.append(
-            np.concatenate([spectrum, (g.T @ g).ravel(), g @ y[3:6], (g @ k @ g.T).ravel()])
-        )
-    np.testing.assert_allclose(carried[1], carried[0], rtol=0, atol=8 * EPSILON * steps**0.5)
-    assert np.max(np.abs(sol.y[-1] - y0)) > 0.1
 
 
 METRIC = sphere_metric.problem(5, pulse=0.0)

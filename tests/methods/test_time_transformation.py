@@ -196,21 +196,6 @@ def test_what_else_a_run_takes() -> None:
     assert np.isfinite(moved.slopes).all()
 
 
-def test_another_time_of_another_time() -> None:
-    """Of the time of N that of 1/N, in which a number of steps is that of t."""
-
-    @gi.observable
-    def inverse(params, t, y, work):
-        return 1.0 / normal(params, t, y, work)
-
-    normal = FLAT.observables["normal_squared"]
-    again = gi.time_transformed(uneven(FLAT, "normal_squared"), inverse)
-    even = gi.solve(FLAT, state(FLAT), t_end=30.0, method=GAUSS, step=0.1)
-    sol = gi.solve(again, state(FLAT), tau_end=30.0, method=GAUSS, step=0.1)
-    assert sol.t[-1] == pytest.approx(30.0, rel=1e-12)
-    assert off(FLAT, sol.y[-1], even.y[-1]) < 1e-11
-
-
 @pytest.mark.parametrize(
     ("given", "error", "said"),
     [
