@@ -1,4 +1,4 @@
-"""Defects of numerical maps by another way: the plain Python kernels on numbers of 50 digits."""
+"""Defects of numerical maps by another way: the plain Python kernels on numbers of many digits."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ PROBLEMS = {
     "spherical-pendulum": (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
     "double-pendulum": (double_pendulum.problem(), double_pendulum.INITIAL),
 }
+DIGITS = 32  # of which differences leave 20
 Block: Any = type(gi.packed(namedtuple("One", "x")(1), x=0.0))
 
 
 def exact(values: Any) -> Any:
-    """A block of the same numbers with 50 digits."""
+    """A block of the same numbers with many digits."""
     return Block(np.array([mpmath.mpf(float(v)) for v in np.asarray(values)], dtype=object))
 
 
@@ -54,7 +55,7 @@ class ExactMap:
 
 def columns(f: Any, y: np.ndarray) -> list[np.ndarray]:
     """Derivatives of f along the coordinates, by central differences."""
-    d = mpmath.mpf(10) ** -16
+    d = mpmath.mpf(10) ** -10
     moves = d * np.array(mpmath.eye(len(y)).tolist(), dtype=object)
     return [(f(y + move) - f(y - move)) / (2 * d) for move in moves]
 
@@ -98,7 +99,7 @@ def change(problem: gi.Problem, J: Any, begin: tuple[Any, ...], end: tuple[Any, 
 
 def exact_defect(problem: gi.Problem, name: str, t: float, y: np.ndarray, h: float) -> float:
     """The defect of one step, by the definition."""
-    with mpmath.workdps(50):
+    with mpmath.workdps(DIGITS):
         step, start = ExactMap(problem, name, y, h), exact(y).data
         J = mpmath.matrix([list(column) for column in columns(lambda x: step(t, x), start)]).T
         J += mpmath.eye(problem.rows)

@@ -31,7 +31,7 @@ def whole(problem: gi.Problem) -> gi.Problem:
     return dataclasses.replace(problem, measure=dataclasses.replace(problem.measure, base=None))
 
 
-def drift(problem: gi.Problem, y0: Any, method: Any, t_end: float = 0.2, **options: Any):
+def drift(problem: gi.Problem, y0: Any, method: Any, t_end: float = 0.1, **options: Any):
     step = {} if "adaptive" in str(method) else {"step": 0.1}
     run = {"observe": ["measure"], "compiled": False, **step, **options}
     (found,) = gi.solve(problem, y0, t_end=t_end, method=method, **run).drift.values()
@@ -45,15 +45,15 @@ def both(problem: gi.Problem, y0: Any, method: Any = "cf-4", **options: Any) -> 
 
 SLOW = [pytest.mark.nightly]
 CASES = [
-    *(pytest.param(m, "attitude, R³", False, marks=SLOW * ("suzuki" in m)) for m in BY_GROUP),
-    ("cf-4", "attitude and contact point", False),
+    *(pytest.param(m, "attitude, R³", False, marks=SLOW * ("gauss-1" in m)) for m in BY_GROUP),
+    pytest.param("cf-4", "attitude and contact point", False, marks=SLOW),
     *(pytest.param(m, n, True, marks=SLOW) for m in BY_GROUP for n in PROBLEMS),
 ]
 
 
 @pytest.mark.parametrize(("method", "name", "compiled"), CASES)
 def test_the_base_alone_says_as_much(method: str, name: str, compiled: bool) -> None:
-    problem, t_end = PROBLEMS[name], 6.0 if compiled else 0.2
+    problem, t_end = PROBLEMS[name], 6.0 if compiled else 0.1
     options = {"t_end": t_end, "compiled": compiled}
     by_base, by_all = both(problem, problem.random_state(3), method, **options)
     noise = 32.0 * 2.0**-52 * by_all.scale
@@ -77,20 +77,18 @@ def test_methods_that_do_not_keep_the_fibre_are_judged_by_the_whole_state(method
 
 
 def test_steps_that_are_not_all_watched_and_a_last_partial_step() -> None:
-    for observe in (["measure"], {"it": InvariantMeasure(steps=4)}):
-        options = {"t_end": 0.53, "observe": observe}
+    for observe in (["measure"], {"it": InvariantMeasure(steps=2)}):
+        options = {"t_end": 0.23, "observe": observe}
         one, other = both(ATTITUDE, ATTITUDE.random_state(4), **options)
         assert abs(one.final_error - other.final_error) < 1e-13 < abs(one.final_error)
 
 
-@pytest.mark.parametrize(
-    "k", [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-200, 0.0, 0.0], [1e3, 1.0, 2.0]]
-)
-def test_from_rest_steady_tiny_and_fast(k: list[float]) -> None:
-    y0 = ATTITUDE.state(gamma=[0.0, 1.0, 0.0], k=k)
-    found = drift(ATTITUDE, y0, "cf-4", t_end=0.01, step=0.001)
-    assert np.isfinite(found.final_error)
-    assert found.within_roundoff or k[0] == 1e3
+def test_from_rest_steady_tiny_and_fast() -> None:
+    for k in ([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-200, 0.0, 0.0], [1e3, 1.0, 2.0]):
+        y0 = ATTITUDE.state(gamma=[0.0, 1.0, 0.0], k=k)
+        found = drift(ATTITUDE, y0, "cf-4", t_end=0.002, step=0.001)
+        assert np.isfinite(found.final_error)
+        assert found.within_roundoff or k[0] == 1e3
 
 
 def test_a_problem_that_runs_in_another_time_has_no_base() -> None:
@@ -135,15 +133,22 @@ def test_a_fibre_of_ones_own() -> None:
     assert drift(over(ALONE), Y0, "cf-4").within_roundoff
 
 
-@gi.field
-def bent(params, t, y, out, work):
-    """Both turned about (1, 2, 3) |x|², z at a speed that grows with itself."""
-    size = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
-    for i in range(0, len(y), 3):
-        by = size if i == 0 else size * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5])
-        out[i] = by * (2.0 * y[i + 2] - 3.0 * y[i + 1])
-        out[i + 1] = by * (3.0 * y[i] - y[i + 2])
-        out[i + 2] = by * (y[i + 1] - 2.0 * y[i])
+def about(speed: Any) -> Any:
+    """The rates of the action, z at another speed."""
+    by = gi.helper(speed)
+
+    @gi.field
+    def field(params, t, y, out, work):
+        for i in range(0, len(y), 3):
+            size = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) * (1.0 if i == 0 else by(y))
+            out[i] = size * (2.0 * y[i + 2] - 3.0 * y[i + 1])
+            out[i + 1] = size * (3.0 * y[i] - y[i + 2])
+            out[i + 2] = size * (y[i + 1] - 2.0 * y[i])
+
+    return field
+
+
+BENT = about(lambda y: y[3] * y[3] + y[4] * y[4] + y[5] * y[5])
 
 
 @gi.observable
@@ -153,29 +158,18 @@ def of_the_fibre(params, t, y, work):
 
 BY_FIBRE = generator(lambda params, t, y: params[0] * y[3])
 LATER = generator(lambda params, t, y: t * y[3] if len(y) > 3 else 0.0)
+AT = [1, 0.2, 0.3, 1, 1, 2]
+OFF = [1, 0.2, 0.3, 0, 1, 2]
+DENSE = gi.Measure(of_the_fibre)
 WRONG = {
-    "where the fibre is": (
-        over(ALONE, BY_FIBRE),
-        [1, 0.2, 0.3, 1, 1, 2],
-        "do not move as the base",
-    ),
-    "where it is not": (over(ALONE, BY_FIBRE), [1, 0.2, 0.3, 0, 1, 2], "do not move by themselves"),
+    "where the fibre is": (over(ALONE, BY_FIBRE), AT, "do not move as the base"),
+    "where it is not": (over(ALONE, BY_FIBRE), OFF, "do not move by themselves"),
     "at other times": (over(ALONE, LATER), Y0, "do not move"),
     # They agree with the action where the fibre is, |z| = 1, and Gauss methods differ.
-    "rates": (
-        over(dataclasses.replace(ALONE, field=bent), field=bent),
-        *(Y0, "rates of the fibre are not affine"),
-    ),
-    "form": (
-        over(turned(both=False, action=None, field=bent)),
-        Y0,
-        "neither a field nor an action",
-    ),
-    "density": (turned(measure=gi.Measure(of_the_fibre, base=ALONE)), Y0, "densities differ"),
-    "density of the base": (
-        over(turned(both=False, measure=gi.Measure(of_the_fibre))),
-        *(Y0, "densities differ"),
-    ),
+    "rates": (over(dataclasses.replace(ALONE, field=BENT), field=BENT), Y0, "are not affine"),
+    "form": (over(turned(both=False, action=None, field=BENT)), Y0, "neither a field nor an"),
+    "density": (turned(measure=dataclasses.replace(DENSE, base=ALONE)), Y0, "densities differ"),
+    "density of the base": (over(turned(both=False, measure=DENSE)), Y0, "densities differ"),
 }
 
 
@@ -190,19 +184,9 @@ def test_what_depends_on_the_fibre_has_no_base(name: str) -> None:
     assert by_base == by_all
 
 
-@gi.field
-def circling(params, t, y, out, work):
-    """The same rates as those of the action."""
-    size = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
-    for i in range(0, len(y), 3):
-        out[i] = size * (2.0 * y[i + 2] - 3.0 * y[i + 1])
-        out[i + 1] = size * (3.0 * y[i] - y[i + 2])
-        out[i + 2] = size * (y[i + 1] - 2.0 * y[i])
-
-
 def test_what_cannot_be_seen_of_a_base() -> None:
     """The field that is integrated, if it has none: that is no fault, and no use."""
-    problem = over(ALONE, field=circling)
+    problem = over(ALONE, field=about(lambda y: 1.0))
     check_problem(problem, [Y0])
     by_base, by_all = both(problem, Y0, "gauss-2")
     assert by_base == by_all
@@ -233,54 +217,35 @@ def too_far(params, t, y, out, work):
     out[100_000_000] = 1.0
 
 
-@gi.field
-def reading_too_far(params, t, y, out, work):
-    out[0] = out[1] = out[2] = y[3]
-
-
-@pytest.mark.parametrize(
-    ("given", "place"),
-    [
-        ({"field": bent, "action": gi.GroupAction(too_far, gi.so3(1))}, r"action\.generator"),
-        (
-            {"field": bent, "action": gi.GroupAction(reading_too_far, gi.so3(1))},
-            r"action\.generator",
-        ),
-        ({"measure": gi.Measure(manifold=too_far, conditions=1)}, r"measure\.manifold"),
-    ],
-)
-def test_a_base_whose_functions_do_not_fit_is_refused(given: Any, place: str) -> None:
+def test_a_base_whose_functions_do_not_fit_is_refused() -> None:
     """Compiled, they would write and read other memory; though the field of the base is right."""
-    problem = over(turned(both=False, **given))
-    with pytest.raises(gi.DeclarationError, match=place):
-        drift(problem, Y0, "cf-4")
+    action = gi.GroupAction(too_far, gi.so3(1))
+    for place, given in (
+        (r"action\.generator", {"field": BENT, "action": action}),
+        (r"measure\.manifold", {"measure": gi.Measure(manifold=too_far, conditions=1)}),
+    ):
+        with pytest.raises(gi.DeclarationError, match=place):
+            drift(over(turned(both=False, **given)), Y0, "cf-4")
 
 
 @pytest.mark.filterwarnings("ignore::geomint.DeclarationWarning")  # of numbers that fit no body
-@pytest.mark.parametrize("factor", [1.5, 1.0 + 3e-7])
-@pytest.mark.parametrize("seed", [None, 0])
-def test_other_parameters_from_a_steady_rotation_too(seed: int | None, factor: float) -> None:
+def test_other_parameters_from_a_steady_rotation_too() -> None:
     """There the rates are 0 for all bodies."""
-    changed = dataclasses.replace(ATTITUDE, params=ATTITUDE.params * factor)
     steady = ATTITUDE.state(gamma=[0.0, 0.0, 1.0], k=[0.0, 0.0, 1.0])
-    by_base, by_all = both(changed, steady if seed is None else ATTITUDE.random_state(seed))
-    assert by_base == by_all
+    for factor, y0 in ((1.5, ATTITUDE.random_state(0)), (1.0 + 3e-7, steady)):
+        changed = dataclasses.replace(ATTITUDE, params=ATTITUDE.params * factor)
+        by_base, by_all = both(changed, y0)
+        assert by_base == by_all
 
 
-@pytest.mark.parametrize(
-    ("base", "error", "words"),
-    [
+def test_what_cannot_be_one() -> None:
+    timed = {"time": "tau", "clock": gi.observable(lambda params, t, y, work: 1.0)}
+    for base, error, words in (
         (3, gi.DomainError, "base = 3: expected a geomint.Problem, or None"),
         (turned(), gi.DomainError, "a problem in the first pieces"),
         (turned(both=False, measure=None), gi.FormError, "has no measure"),
         (BODY.classical(), gi.DomainError, "a problem in the first pieces"),
-        (
-            turned(both=False, time="tau", clock=gi.observable(lambda params, t, y, work: 1.0)),
-            gi.DomainError,
-            "in the same time, 't'",
-        ),
-    ],
-)
-def test_what_cannot_be_one(base: Any, error: type[Exception], words: str) -> None:
-    with pytest.raises(error, match=words):
-        over(base)
+        (turned(both=False, **timed), gi.DomainError, "in the same time, 't'"),
+    ):
+        with pytest.raises(error, match=words):
+            over(base)

@@ -1,4 +1,4 @@
-"""The defect of single steps, against the definition in 50 digits, and its order."""
+"""The defect of single steps, against the definition in many digits, and its order."""
 
 from __future__ import annotations
 
@@ -37,11 +37,10 @@ def volume(params, t, y, work):
     [
         ("rk-4", "lotka-volterra", 0.1),  # a density that depends on time
         ("rk-4", "lotka-volterra", -0.1),
-        ("rk-4", "spherical-pendulum", 0.1),  # leaves the manifold
-        ("rk-4", "spherical-pendulum", 1.1),  # far from 1, with normals that turn by a radian
+        ("rk-4", "spherical-pendulum", 1.1),  # off the manifold, normals that turn by a radian
         ("rk-4", "double-pendulum", 0.05),  # pieces of different sizes, four conditions
-        ("gauss-2", "spherical-pendulum", 0.1),
         ("gauss-3", "lotka-volterra", 0.3),
+        pytest.param("gauss-2", "spherical-pendulum", 0.1, marks=pytest.mark.nightly),
         pytest.param("gauss-1-suzuki-4", "lotka-volterra", 0.1, marks=pytest.mark.nightly),
         ("cf-4", "pulsating-body", 0.2),
         ("rkmk-4", "pulsating-body", 0.2),
@@ -130,12 +129,12 @@ def test_wrong_density_is_found() -> None:
     """The Lebesgue measure is not kept by predators and prey: a linear drift from the first step."""
     p, y0 = PROBLEMS["lotka-volterra"]
     lebesgue = dataclasses.replace(p, measure=gi.Measure(volume))
-    found = [observed(x, "rk-4", y0, 0.01, 50, compiled=False) for x in (p, lebesgue)]
+    found = [observed(x, "rk-4", y0, 0.01, 12, compiled=False) for x in (p, lebesgue)]
     assert found[0].max_abs_error < 1e-8 < 0.01 < found[1].max_abs_error
 
 
 def test_pieces_that_begin_at_zero() -> None:
-    """A pendulum that starts at the bottom, and one at rest."""
+    """A pendulum that starts at the bottom, nearly, and one at rest."""
 
     @gi.field
     def pendulum(params, t, y, out, work):
@@ -144,38 +143,19 @@ def test_pieces_that_begin_at_zero() -> None:
 
     pieces = (("q", 1), ("p", 1))
     p = gi.Problem("pendulum", pieces, field=pendulum, measure=gi.Measure(volume))
-    for y0 in ([0.0, 1.2], [1.2, 0.0], [1e-20, 1.2], [0.0, 0.0]):
-        drift = observed(p, "gauss-2", y0, 0.1, 8, compiled=False)
+    for y0 in ([0.0, 1.2], [1e-20, 1.2], [0.0, 0.0]):
+        drift = observed(p, "gauss-2", y0, 0.1, 2, compiled=False)
         assert drift.within_roundoff
         assert drift.scale * NOISE < 1e-12
-
-
-def test_conditions_that_are_no_polynomials() -> None:
-    """Other functions that vanish on the same manifold, with the same density: the same defects."""
-    p, y0 = PROBLEMS["spherical-pendulum"]
-
-    @gi.field
-    def conditions(params, t, y, out, work):
-        q2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
-        out[0] = 0.5 * gi.log(q2)
-        out[1] = (y[0] * y[3] + y[1] * y[4] + y[2] * y[5]) / gi.sqrt(q2)
-
-    measure = gi.Measure(p.measure.log_density, conditions, 2)
-    p = dataclasses.replace(p, measure=measure)
-    drift = observed(p, "rattle-2", y0, 0.05, 40, compiled=False)
-    assert drift.within_roundoff
-    assert drift.scale * NOISE < 1e-10
 
 
 @pytest.mark.nojit
 def test_units_that_grow_do_not_count() -> None:
     """The momentum passes 1 on the way, where its unit doubles and the basis is made anew."""
-    p, run = spherical_pendulum.problem(gravity=3.0), {"save_every": 1, "compiled": False}
-    run |= {"t_end": 1.6, "step": 0.2, "method": "rattle-2", "observe": ["measure"]}
-    sol = gi.solve(p, spherical_pendulum.INITIAL, **run)
-    sizes = np.abs(sol.piece("p")).max(axis=1)
-    assert sizes[0] < 1.0 < sizes.max()
-    assert sol.drift["measure"].max_abs_error < 1e-12
+    y0 = spherical_pendulum.INITIAL
+    assert np.abs(y0[3:]).max() < 1.0
+    drift = observed(spherical_pendulum.problem(3.0), "rattle-2", y0, 0.2, 8, compiled=False)
+    assert drift.max_abs_error < 1e-12
 
 
 @pytest.mark.nojit
@@ -187,19 +167,20 @@ def test_noise_is_that_of_increments() -> None:
 
 
 @pytest.mark.nojit
-@pytest.mark.parametrize("h", [0.2, -0.2])
-def test_conditions_whose_gradients_grow_in_the_first_step(h: float) -> None:
-    """Their unit, a power of two, is that of the initial state: for one of these it is passed."""
+def test_other_conditions_of_the_same_manifold() -> None:
+    """No polynomials; their unit, a power of two, is that of the initial state: for one of these
+    their gradients pass it in the first step."""
     p, y0 = PROBLEMS["spherical-pendulum"]
-    for power in np.linspace(0.0, 1.0, 17):
-        factor = float(2.0**power)
+    for k in range(11):
+        factor = float(2.0 ** (0.1 * k))
 
         @gi.field
         def conditions(params, t, y, out, work, factor=factor):
-            out[0] = factor * (y[0] * y[0] + y[1] * y[1] + y[2] * y[2] - 1.0)
-            out[1] = factor * (y[0] * y[3] + y[1] * y[4] + y[2] * y[5])
+            q2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+            out[0] = factor * 0.5 * gi.log(q2)
+            out[1] = factor * (y[0] * y[3] + y[1] * y[4] + y[2] * y[5]) / gi.sqrt(q2)
 
         measure = gi.Measure(p.measure.log_density, conditions, 2)
-        scaled = dataclasses.replace(p, measure=measure)
+        scaled, h = dataclasses.replace(p, measure=measure), 0.2 * (-1) ** k
         drift = observed(scaled, "rattle-2", y0, h, compiled=False)
         assert drift.max_abs_error <= drift.scale * NOISE < 1e-10

@@ -19,14 +19,12 @@ def half_powers(params, t, y, out, work):
     s = 0.0
     for k in range(1, 4):
         s += 2**-k * y[1]
-    out[0] = s
-    out[1] = -y[0]
+    out[0], out[1] = s, -y[0]
 
 
 @gi.field
 def global_power(params, t, y, out, work):
-    out[0] = TEN**MINUS_THREE * y[1]
-    out[1] = -y[0]
+    out[0], out[1] = TEN**MINUS_THREE * y[1], -y[0]
 
 
 @gi.field
@@ -34,20 +32,17 @@ def wrapping(params, t, y, out, work):
     k = 1
     for _ in range(70):
         k = 2 * k
-    out[0] = 1e-21 * k * y[1]
-    out[1] = -y[0]
+    out[0], out[1] = 1e-21 * k * y[1], -y[0]
 
 
 @gi.field
 def single(params, t, y, out, work):
-    out[0] = (SINGLE * 0.1) * y[1]
-    out[1] = -y[0]
+    out[0], out[1] = (SINGLE * 0.1) * y[1], -y[0]
 
 
 @gi.field
 def small(params, t, y, out, work):
-    out[0] = (SMALL[0] - SMALL[1]) * y[1]
-    out[1] = -y[0]
+    out[0], out[1] = (SMALL[0] - SMALL[1]) * y[1], -y[0]
 
 
 @gi.field
@@ -56,8 +51,7 @@ def whole_numbers(params, t, y, out, work):
     s = 0.0
     for k in range(1, 4):
         s += 2**k * y[1] / (k + 1)
-    out[0] = s + TEN * y[1]
-    out[1] = -y[0]
+    out[0], out[1] = s + TEN * y[1], -y[0]
 
 
 def problem(f: Any) -> gi.Problem:

@@ -28,15 +28,9 @@ def memory_after(name: str, problem: str, steps: int, **options: Any) -> Any:
 
 @pytest.mark.nojit
 @families
-def test_compiled_is_plain(name: str, problem: str) -> None:
-    runs = [memory_after(name, problem, 10, compiled=compiled) for compiled in (True, False)]
-    assert runs[0] == runs[1]
-
-
-@pytest.mark.nightly
-@families
-def test_compiled_is_plain_for_long(name: str, problem: str) -> None:
-    runs = [memory_after(name, problem, 1000, compiled=compiled) for compiled in (True, False)]
+@pytest.mark.parametrize("steps", [10, pytest.param(1000, marks=pytest.mark.nightly)])
+def test_compiled_is_plain(name: str, problem: str, steps: int) -> None:
+    runs = [memory_after(name, problem, steps, compiled=compiled) for compiled in (True, False)]
     assert runs[0] == runs[1]
 
 
@@ -78,11 +72,11 @@ def test_evaluations_are_counted(name: str, on: str, stages: int, with_counted: 
     """What a solution reports is what was called: once a stage and iteration, or part."""
     calls: deque[int] = deque()
     problem = with_counted(PROBLEMS[on][0], lambda f: counted(f, calls))
-    run = {"t_end": 1.0, "step": 0.1, "method": name, "compiled": False}
+    run = {"t_end": 0.3, "step": 0.1, "method": name, "compiled": False}
     for _ in range(2):  # the first one looks at what the problem declares, too
         calls.clear()
         sol = gi.solve(problem, PROBLEMS[on][1], **run)
-    assert sol.steps == 10
+    assert sol.steps == 3
     assert sol.evaluations == sol.iterations * stages
     # A Gauss method evaluates all its stages in one call, in lanes; and tries once if it can.
     assert len(calls) == (sol.iterations + 1 if name == "gauss-3" else sol.evaluations)

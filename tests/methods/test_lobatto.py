@@ -80,7 +80,7 @@ def test_a_long_run_ends() -> None:
 
 def test_order_of_the_clock() -> None:
     """Physical time has the order of the method, as the state has."""
-    truth = gi.solve(BALL, README, tau_end=20.0, step=0.2, method="gauss-8", compiled=False)
+    truth = gi.solve(BALL, README, tau_end=20.0, step=0.2, method="gauss-8")
     cases = ("lobatto-8", 0.1, 2e-12), ("lobatto-4", 0.2, 1e-3), ("lobatto-4", 0.1, 2e-5)
     late = []
     for name, step, error in cases:
@@ -107,7 +107,7 @@ def test_functions_that_take_one_number_at_a_time() -> None:
     """The same states and times, with a warning, compiled and not."""
     form = dataclasses.replace(BALL.hamiltonian, gradients=branching(BALL.hamiltonian.gradients))
     slow = dataclasses.replace(BALL, hamiltonian=form)
-    given = {"tau_end": 1.0, "step": 0.1, "method": "lobatto-4"}
+    given = {"tau_end": 0.3, "step": 0.1, "method": "lobatto-4"}
     expected = gi.solve(BALL, README, **given)
     with pytest.warns(gi.GeomintWarning, match="takes one number at a time"):
         found = gi.solve(slow, README, **given)

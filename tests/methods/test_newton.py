@@ -61,7 +61,7 @@ def test_longer_steps_than_the_fixed_point_takes(name: str) -> None:
     with pytest.raises(gi.ConvergenceError):
         moved(of, y, 2.0 * longest, 20, iteration="fixed-point")
     h = 5.0 * longest
-    run = gi.solve(of, y, t_end=4000 * h, step=h, observe=["energy"], progress=False)
+    run = gi.solve(of, y, t_end=1000 * h, step=h, observe=["energy"], progress=False)
     maxima = np.array(run.drift["energy"].windows.maxima)
     half = len(maxima) // 2
     assert maxima[half:].max() <= 1.1 * maxima[:half].max()
@@ -104,7 +104,7 @@ def test_what_is_accepted_is_solved(name: str, stages: int) -> None:
 
 @pytest.mark.parametrize(
     "stages",
-    [pytest.param(s, marks=[pytest.mark.nightly] * (s not in (1, 2, 8, 11))) for s in range(1, 17)],
+    [pytest.param(s, marks=[pytest.mark.nightly] * (s not in (2, 11))) for s in range(1, 17)],
 )
 def test_what_is_found_is_what_the_fixed_point_finds(stages: int) -> None:
     of, y, longest = STIFF["stiff pendulum"]
@@ -123,8 +123,7 @@ def test_what_is_found_is_what_the_fixed_point_finds(stages: int) -> None:
 @gi.field
 def stiffer(params, t, y, out, work):
     """An oscillator whose force grows with time: steps are easy, and then they are not."""
-    out[0] = y[1]
-    out[1] = -(1.0 + params[0] * t * t) * y[0] - y[0] * y[0] * y[0]
+    out[0], out[1] = y[1], -(1.0 + params[0] * t * t) * y[0] - y[0] * y[0] * y[0]
 
 
 STIFFER = problem(stiffer, 2, [100.0])
@@ -156,7 +155,7 @@ def test_the_same_bits_in_chunks_and_after_restarts() -> None:
 
 def test_the_same_bits_in_plain_python() -> None:
     for of, y, h in ((STIFFER, START, 1.0), (PENDULUM, STIFF["stiff pendulum"][1], 0.1)):
-        ends = [end_of(moved(of, y, h, 4, compiled=compiled)) for compiled in (True, False)]
+        ends = [end_of(moved(of, y, h, 2, compiled=compiled)) for compiled in (True, False)]
         assert ends[0] == ends[1]
 
 
@@ -199,8 +198,7 @@ def test_easy_steps_do_not_turn() -> None:
 
 @gi.field
 def linear(params, t, y, out, work):
-    out[0] = params[0] + params[1] * y[1]
-    out[1] = params[2] + params[3] * t + 0.0 * y[0]
+    out[0], out[1] = params[0] + params[1] * y[1], params[2] + params[3] * t + 0.0 * y[0]
 
 
 @pytest.mark.parametrize(
@@ -256,8 +254,7 @@ def test_from_rest_and_through_nothing() -> None:
 @gi.field
 def powers(params, t, y, out, work):
     """Takes no numbers with derivatives."""
-    out[0] = y[1]
-    out[1] = -params[0] * y[0] ** 3
+    out[0], out[1] = y[1], -params[0] * y[0] ** 3
 
 
 @pytest.mark.filterwarnings("ignore:field 'powers' takes one number:geomint.GeomintWarning")

@@ -36,7 +36,7 @@ def test_the_flag_does_not_change_the_map(case: str, h: float) -> None:
     """With and without it: the same states to rounding, for fewer iterations."""
     problem, y0 = CASES[case]
     assert problem.hamiltonian.separable
-    run = {"t_end": 50 * h, "step": h, "method": "rattle-2", "compiled": False}
+    run = {"t_end": 15 * h, "step": h, "method": "rattle-2", "compiled": False}
     runs = [gi.solve(flagged(problem, flag), y0, **run) for flag in (True, False)]
     limit = 1e-13 if h > 0.1 else 1e-14
     np.testing.assert_allclose(runs[0].y[-1], runs[1].y[-1], rtol=0, atol=limit)
@@ -149,33 +149,26 @@ def test_options() -> None:
 Q0, P0 = np.array([0.6, 0.0, 0.8]), np.array([0.8, 1.0, -0.6])
 
 
-@gi.helper
-def quartic(params, t, q, p, dq, dp, work):
-    """H = |p|²/2 + |p|⁴/40 + q₃."""
-    s = 1.0 + 0.1 * (p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
-    for i in range(3):
-        dq[i] = 0.0 * q[i]
-        dp[i] = s * p[i]
-    dq[2] = 1.0 + 0.0 * q[2]
+def kinetic(velocity: Any) -> Any:
+    """The gradients of H = T(p) + q₃, whose ∂T/∂p is p times a function of |p|²."""
+    of = gi.helper(velocity)
+
+    @gi.helper
+    def gradients(params, t, q, p, dq, dp, work):
+        s = of(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
+        for i in range(3):
+            dq[i] = 0.0 * q[i]
+            dp[i] = s * p[i]
+        dq[2] = 1.0 + 0.0 * q[2]
+
+    return gradients
 
 
-@gi.helper
-def relativistic(params, t, q, p, dq, dp, work):
-    """H = √(1 + |p|²) + q₃."""
-    s = 1.0 / gi.sqrt(1.0 + p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
-    for i in range(3):
-        dq[i] = 0.0 * q[i]
-        dp[i] = s * p[i]
-    dq[2] = 1.0 + 0.0 * q[2]
-
-
-@gi.helper
-def plain(params, t, q, p, dq, dp, work):
-    """H = |p|²/2 + q₃."""
-    for i in range(3):
-        dq[i] = 0.0 * q[i]
-        dp[i] = p[i]
-    dq[2] = 1.0 + 0.0 * q[2]
+KINDS = {
+    "quartic": kinetic(lambda square: 1.0 + 0.1 * square),
+    "relativistic": kinetic(lambda square: 1.0 / gi.sqrt(1.0 + square)),
+    "plain": kinetic(lambda square: 1.0 + 0.0 * square),
+}
 
 
 @gi.helper
@@ -190,12 +183,12 @@ def pendulum(energy: Any, scale: float = 1.0, separable: bool = False) -> gi.Pro
     return gi.Problem("top-of-a-rod", (("q", 3), ("p", 3)), params=[scale], hamiltonian=form)
 
 
-@pytest.mark.parametrize("energy", [quartic, relativistic], ids=["quartic", "relativistic"])
+@pytest.mark.parametrize("energy", ["quartic", "relativistic"])
 @pytest.mark.parametrize("p0", [P0, 0.0 * P0], ids=["moving", "at rest"])
 @pytest.mark.parametrize("name", ["rattle-2", "rattle-4", "lobatto-3"])
-def test_any_kinetic_energy(energy: Any, p0: Array, name: str) -> None:
+def test_any_kinetic_energy(energy: str, p0: Array, name: str) -> None:
     """Steps are those of the textbook, and p stays tangent: (q, ∂H/∂p) = 0 to rounding."""
-    problem, y0 = pendulum(energy), np.concatenate([Q0, p0])
+    problem, y0 = pendulum(KINDS[energy]), np.concatenate([Q0, p0])
     motion = gi.Integrator(problem, y0, name, step=0.1, compiled=False)
     motion.step()
     y = motion.state
@@ -208,7 +201,7 @@ def test_any_kinetic_energy(energy: Any, p0: Array, name: str) -> None:
 def test_a_constraint_in_any_unit_holds_or_is_refused(scale: float, separable: bool) -> None:
     """Numbers that overflow or underflow are an error, never a motion without the constraint."""
     y0 = np.concatenate([Q0, P0])
-    problem = pendulum(plain, scale, separable)
+    problem = pendulum(KINDS["plain"], scale, separable)
     try:
         run = gi.solve(problem, y0, t_end=0.2, step=0.02, method="rattle-2", compiled=False)
     except gi.StepError:

@@ -93,8 +93,8 @@ def test_an_accepted_step_is_solved(
     At night of all systems and test problems, a hundred thousand steps together.
     """
     few = request.node.get_closest_marker("nightly") is None
-    accepted, failed = first_steps(kind, stages, 6 if few else 180, few, tolerance)
-    assert accepted > (3 if few else 1000)
+    accepted, failed = first_steps(kind, stages, 2 if few else 180, few, tolerance)
+    assert accepted > (1 if few else 1000)
     assert failed <= TOO_LONG.get(kind, 0.05) * accepted
 
 
@@ -152,7 +152,7 @@ def on_spheres(few: bool) -> list[tuple[gi.Problem, Array]]:
 
 
 @pytest.mark.parametrize(
-    ("few", "count"), [(True, 12), pytest.param(False, 150, marks=pytest.mark.nightly)]
+    ("few", "count"), [(True, 5), pytest.param(False, 150, marks=pytest.mark.nightly)]
 )
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_accepted_rattle_step_is_solved(kind: str, few: bool, count: int) -> None:
@@ -181,7 +181,7 @@ def test_an_accepted_rattle_step_is_solved(kind: str, few: bool, count: int) -> 
 
 
 def iterations(
-    problem: gi.Problem, y: Array, name: str, h: float, steps: int = 10
+    problem: gi.Problem, y: Array, name: str, h: float, steps: int = 4
 ) -> tuple[int, Array]:
     """How many iterations steps took, and where they lead."""
     motion = gi.Integrator(problem, y, name, step=h, compiled=False)
@@ -198,10 +198,10 @@ def test_what_rests_stays_at_rest_at_once(name: str) -> None:
     free = gi.load_scene("hamiltonized-n3").problem
     poles = np.eye(6)[:3] if "lobatto" not in name else ()
     resting = [(neumann.problem(), y, 0.3) for y in poles]
-    resting += [(free, free.random_state(k) * [1, 1, 1, 0, 0, 0], 0.01) for k in range(4)]
+    resting += [(free, free.random_state(k) * [1, 1, 1, 0, 0, 0], 0.01) for k in range(2)]
     for problem, y, h in resting:
         count, end = iterations(problem, y, name, h)
-        assert count <= (10 if name == "rattle-2" and problem is free else 20), (name, problem.name)
+        assert count <= (4 if name == "rattle-2" and problem is free else 8), (name, problem.name)
         np.testing.assert_array_equal(end, y)
 
 
@@ -210,6 +210,6 @@ def test_steady_rotations_stop_soon() -> None:
     problem = gi.load_scene("sphere-n3").problem
     y = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])  # a great circle along two principal axes
     h = gi.Gauss(8).default_step(problem, y, 1.0)
-    count, end = iterations(problem, y, "gauss-8", h, 40)
-    assert count < 1000
+    count, end = iterations(problem, y, "gauss-8", h, 10)
+    assert count < 250
     assert np.max(np.abs(end[[2, 5]])) == 0.0

@@ -1,8 +1,8 @@
-"""What methods keep: invariants, constraints, symmetry, and the symplectic form on the manifold."""
+"""What methods keep: invariants, constraints, symmetry; symplectic forms are in `test_symplectic`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,12 +10,10 @@ import pytest
 
 import geomint as gi
 from geomint.problems.testproblems import neumann, pulsating_body, sphere_metric
-from tests.methods.textbook import constraint, gradients
 from tests.problems import (
     double_pendulum,
     frame_in_field,
     lotka_volterra,
-    so_n_flow,
     spherical_pendulum,
 )
 
@@ -71,28 +69,6 @@ def test_quadratic_invariants_are_kept(name: str) -> None:
         assert_no_drift(drift, 2.0)
 
 
-@pytest.mark.parametrize(
-    "name", late(("cf-4", "cf-3", "cg-3", "rkmk-4", "rkmk-cayley-4"), ("cf-3",))
-)
-def test_group_methods_keep_spectra_and_frames(name: str) -> None:
-    """The spectrum of k, gᵀg, and what g carries into space: gγ and gkgᵀ."""
-    problem, y0 = so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)
-    steps = 20000
-    sol = gi.solve(problem, y0, t_end=0.05 * steps, step=0.05, method=name)
-    carried = []
-    for y in (y0, sol.y[-1]):
-        k = np.zeros((3, 3))
-        k[np.triu_indices(3, 1)] = y[:3]
-        k -= k.T
-        g = y[6:].reshape(3, 3)
-        spectrum = np.sort(np.linalg.eigvals(k).imag)
-        carried.append(
-            np.concatenate([spectrum, (g.T @ g).ravel(), g @ y[3:6], (g @ k @ g.T).ravel()])
-        )
-    np.testing.assert_allclose(carried[1], carried[0], rtol=0, atol=8 * EPSILON * steps**0.5)
-    assert np.max(np.abs(sol.y[-1] - y0)) > 0.1
-
-
 METRIC = sphere_metric.problem(5, pulse=0.0)
 FRAME = frame_in_field.problem(season=0.0)
 CONSTRAINED = {
@@ -135,16 +111,13 @@ def test_constraints_and_momenta_are_kept(name: str, h: float, case: str) -> Non
 
 # --- symmetry -------------------------------------------------------------------------------------
 
-COMPOSED = ("gauss-1-kahan-li-6", "gauss-1-triple-jump-4", "rattle-yoshida-6", "verlet-yoshida-6")
+BACK = [n for n, m in METHODS.items() if m.symmetric or (m.needs == "field" and not m.adaptive)]
+BACK += ["gauss-1-kahan-li-6", "gauss-1-triple-jump-4", "rattle-yoshida-6", "verlet-yoshida-6"]
+EACH = ["gauss-1", "gauss-8", "gauss-11", "lobatto-3", "rattle-2", "rattle-4", "verlet-2"]
+EACH += ["gauss-1-triple-jump-4", "rk-4", "dop853", "heun-2"]
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        *(n for n, m in METHODS.items() if m.symmetric or (m.needs == "field" and not m.adaptive)),
-        *COMPOSED,
-    ],
-)
+@pytest.mark.parametrize("name", late(BACK, EACH))
 def test_symmetric_methods_go_back_and_no_others(name: str) -> None:
     """Ψ₋ₕ ∘ Ψₕ is the identity, to rounding."""
     method, metric = gi.find_method(name), sphere_metric.problem()
@@ -160,107 +133,3 @@ def test_symmetric_methods_go_back_and_no_others(name: str) -> None:
     motion.step()
     back = np.max(np.abs(motion.state - y0))
     assert back <= 16 * EPSILON if method.symmetric else back > 5e-13
-
-
-# --- symplecticity --------------------------------------------------------------------------------
-
-
-def retract(problem: gi.Problem, y: np.ndarray) -> np.ndarray:
-    """A smooth projection on the manifold {g = 0, G ∂H/∂p = 0} at time 0."""
-    n = problem.rows // 2
-    q, p = y[:n].copy(), y[n:].copy()
-    for _ in range(30):
-        g, G = constraint(problem, q)
-        q -= G.T @ np.linalg.solve(G @ G.T, g)
-        if np.max(np.abs(g)) < 1e-15:
-            break
-    _, G = constraint(problem, q)
-    for _ in range(3):
-        v = gradients(problem, 0.0, q, p)[1]
-        response = np.array([gradients(problem, 0.0, q, p + row)[1] - v for row in G])
-        p -= G.T @ np.linalg.solve(G @ response.T, G @ v)
-    return np.concatenate([q, p])
-
-
-# Central differences of order 8.
-NODES = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
-WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-SPACING = 4e-3
-
-
-def derivative(f: Callable[[float], np.ndarray]) -> np.ndarray:
-    """f′(0), to about 1e-14."""
-    values = [w * f(k * SPACING) for k, w in zip(NODES, WEIGHTS, strict=True)]
-    return np.sum(values, axis=0) / SPACING
-
-
-def symplectic_form(u: np.ndarray) -> np.ndarray:
-    """ω(u_i, u_j) of the columns."""
-    n = len(u) // 2
-    return u[:n].T @ u[n:] - u[n:].T @ u[:n]
-
-
-def symplectic_defect(
-    case: tuple[gi.Problem, np.ndarray], name: str, h: float, steps: int, compiled: bool = False
-) -> float:
-    """max |ω(DΦ u, DΦ v) − ω(u, v)| over tangent vectors, Φ the map of some steps from time 0."""
-    problem, y0 = case[0], retract(*case)
-    motion = gi.Integrator(problem, y0, name, step=h, compiled=compiled)
-
-    def phi(y: np.ndarray) -> np.ndarray:
-        run = motion.stepper.restarted(y, 0.0, h)
-        assert run.advance(0, steps, steps + 1, type(run.memory)(np.zeros(0))).status == 0
-        return run.state + run.carry
-
-    columns = [derivative(lambda s, e=e: retract(problem, y0 + s * e)) for e in np.eye(len(y0))]
-    u, singular, _ = np.linalg.svd(np.array(columns).T)
-    dimension = problem.rows - 2 * problem.hamiltonian.constraints
-    assert singular[dimension - 1] > 1e-3 > 1e-9 > singular[dimension]
-    basis = u[:, :dimension]
-    images = np.array(
-        [derivative(lambda s, u=u: phi(retract(problem, y0 + s * u))) for u in basis.T]
-    ).T
-    omega = symplectic_form(basis)
-    assert np.linalg.cond(omega) < 1e3
-    assert np.max(np.abs(images - basis)) > 0.1
-    return float(np.max(np.abs(symplectic_form(images) - omega)))
-
-
-BALL, METRIC_3 = gi.load_scene("hamiltonized-n3").problem, sphere_metric.problem()
-SEASONS, FRAME_IN_FIELD = neumann.problem(season=0.4), frame_in_field.problem()
-ON_MANIFOLDS = {
-    "sphere-metric-3": (METRIC_3, sphere_metric.initial(METRIC_3)),
-    "sphere-metric-5": (sphere_metric.problem(5), CONSTRAINED["metric-5"][1]),
-    "hamiltonized-3": (BALL, BALL.random_state(1)),
-    "double-pendulum": CONSTRAINED["double"],
-    "frame-in-field": (FRAME_IN_FIELD, frame_in_field.initial(FRAME_IN_FIELD)),
-    "neumann-3": (SEASONS, neumann.initial()),
-    "neumann-5": CONSTRAINED["neumann-5"],
-}
-SYMPLECTIC = [
-    *((case, name) for case in ON_MANIFOLDS for name in ("rattle-2", "lobatto-3")),
-    *((case, f"verlet-{p}") for case in ON_MANIFOLDS for p in (2, 6) if case[0] in "hn"),
-    *((case, f"rattle-{p}") for case in ("sphere-metric-5", "double-pendulum") for p in (4, 6)),
-    ("double-pendulum", "lobatto-8"),
-]
-
-
-@pytest.mark.parametrize(
-    ("case", "name"),
-    late(
-        SYMPLECTIC,
-        [
-            *(("sphere-metric-3", "rattle-2"), ("neumann-3", "rattle-2")),
-            *(("double-pendulum", "lobatto-3"), ("hamiltonized-3", "verlet-2")),
-        ],
-    ),
-)
-def test_methods_are_symplectic_on_the_manifold(case: str, name: str) -> None:
-    """Five steps, on the tangent space of T*S^(n−1), also with a metric that changes in time."""
-    compiled = case[-1] != "3" or name not in ("rattle-2", "verlet-2")
-    assert symplectic_defect(ON_MANIFOLDS[case], name, 0.1, 5, compiled) <= 1e-12
-
-
-def test_a_method_that_is_not_symplectic_is_noticed() -> None:
-    """An explicit method at the same step."""
-    assert symplectic_defect(ON_MANIFOLDS["sphere-metric-3"], "rk-4", 0.1, 5) > 1e-7

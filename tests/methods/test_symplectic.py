@@ -17,8 +17,7 @@ from tests.problems import spherical_pendulum, spring_pendulum
 @gi.field
 def prey(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """Predators and prey: Hamiltonian in du∧dv/(uv)."""
-    out[0] = y[0] * (1.0 - y[1])
-    out[1] = y[1] * (y[0] - params[0])
+    out[0], out[1] = y[0] * (1.0 - y[1]), y[1] * (y[0] - params[0])
 
 
 @gi.helper

@@ -47,14 +47,12 @@ def off(problem: gi.Problem, y: np.ndarray, right: np.ndarray) -> float:
 
 @gi.field
 def pendulum(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -params[0] * gi.sin(y[0])
+    out[0], out[1] = y[1], -params[0] * gi.sin(y[0])
 
 
 @gi.field
 def driven(params, t, y, out, work):
-    out[0] = y[1]
-    out[1] = -params[0] * gi.sin(y[0]) + gi.sin(t)
+    out[0], out[1] = y[1], -params[0] * gi.sin(y[0]) + gi.sin(t)
 
 
 @gi.observable
@@ -196,21 +194,6 @@ def test_what_else_a_run_takes() -> None:
     assert np.array_equal(members.y[1, -1], run(y, t_end=END, step=7.0).y[-1])
     moved = gi.tangent_flow(problem, y, tau_end=70.0, method=GAUSS, step=7.0)
     assert np.isfinite(moved.slopes).all()
-
-
-def test_another_time_of_another_time() -> None:
-    """Of the time of N that of 1/N, in which a number of steps is that of t."""
-
-    @gi.observable
-    def inverse(params, t, y, work):
-        return 1.0 / normal(params, t, y, work)
-
-    normal = FLAT.observables["normal_squared"]
-    again = gi.time_transformed(uneven(FLAT, "normal_squared"), inverse)
-    even = gi.solve(FLAT, state(FLAT), t_end=30.0, method=GAUSS, step=0.1)
-    sol = gi.solve(again, state(FLAT), tau_end=30.0, method=GAUSS, step=0.1)
-    assert sol.t[-1] == pytest.approx(30.0, rel=1e-12)
-    assert off(FLAT, sol.y[-1], even.y[-1]) < 1e-11
 
 
 @pytest.mark.parametrize(

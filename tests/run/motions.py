@@ -36,8 +36,7 @@ def second(name: str, force: Rate, *params: float, pieces: Any = PIECES, **more:
 
     @gi.field
     def field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = 1.0 * y[1]
-        out[1] = known(params, t, y)
+        out[0], out[1] = 1.0 * y[1], known(params, t, y)
 
     return gi.Problem(name, pieces, params, field=field, **more)
 

@@ -79,10 +79,10 @@ def off(found: Any, e: float, side: int, t: float) -> float:
     return float(np.max(np.abs(found - there(e, side, t)) / sizes))
 
 
-LATE = [pytest.param(*x, marks=pytest.mark.nightly) for x in ((1, END), (-1, END), (1, -END))]
+LATE = [pytest.param(*x, marks=pytest.mark.nightly) for x in ((-1, END), (-1, -END), (1, END))]
 
 
-@pytest.mark.parametrize(("side", "end"), [(-1, -END), *LATE])
+@pytest.mark.parametrize(("side", "end"), [(1, -END), *LATE])
 def test_a_long_uneven_motion(side: int, end: float) -> None:
     e = 0.97
     sol = gi.solve(orbit(), start(e, side), t_end=end, observe=["energy"], **ASKED)
@@ -151,36 +151,24 @@ def test_what_keeps_its_time(case: str) -> None:
     assert gi.solve(orbit(), start(0.95, -1), **given).problem.name == "orbit-by-speed"
 
 
-def test_where_no_step_of_its_own_time_serves() -> None:
-    """From afar trials fail, or mislead: steps of one length miss 1e-9 by 10 times there."""
-    e, end = 0.98, 12_568.0
-    sol = gi.solve(orbit(), start(e, 1), t_end=end, **ASKED)
-    assert sol.problem.name == "orbit-by-speed"
-    assert not sol.warnings
-    assert off(sol.y[-1], e, 1, end) < 1e-8
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
+def test_what_makes_no_sense_is_said_of_the_problem() -> None:
+    for more, words in (
         ({"tau_eval": [1.0]}, "expected t_eval: 'orbit' is in physical time"),
         ({"events": ["nothing"]}, "a component or a quantity of 'orbit'"),
-    ],
-)
-def test_what_makes_no_sense_is_said_of_the_problem(more: dict[str, Any], words: str) -> None:
-    with pytest.raises(gi.DomainError, match=words):
-        gi.solve(orbit(), start(0.95, -1), t_end=END, **more, **ASKED)
+    ):
+        with pytest.raises(gi.DomainError, match=words):
+            gi.solve(orbit(), start(0.95, -1), t_end=END, **more, **ASKED)
 
 
-@pytest.mark.parametrize("w", [1e-12, pytest.param(1e-3, marks=pytest.mark.nightly)])
-def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own(w: float) -> None:
+def test_a_run_that_the_other_time_does_not_serve_is_one_in_its_own() -> None:
     """What is tiny at first, and grows, makes σ ever smaller there: 10⁸ steps and more."""
-    e = 0.95
-    sol = gi.solve(beside(0.01, -0.01), [*start(e, -1), w, 1.0], t_end=END, **ASKED)
-    assert sol.problem.name == ("beside" if w == 1e-12 else "beside-by-speed")
+    e, w, end = 0.95, 1e-12, 0.5 * END
+    sol = gi.solve(beside(0.01, -0.01), [*start(e, -1), w, 1.0], t_end=end, **ASKED)
+    assert sol.problem.name == "beside"
     assert not sol.warnings
-    assert abs(sol.y[-1, 4] - 1.0) < 1e-9
-    assert np.abs(sol.y[-1, :4] - there(e, -1, END)).max() < 1e-7
+    grown = w * np.exp(0.01 * end)
+    assert abs(sol.y[-1, 4] - grown / (1.0 - w + grown)) < 1e-8
+    assert np.abs(sol.y[-1, :4] - there(e, -1, end)).max() < 1e-7
 
 
 def test_where_the_motion_ends_there_is_the_error_of_its_own_time() -> None:

@@ -32,7 +32,7 @@ def run(callback: Any, **options: Any) -> gi.Solution:
 def test_told_where_it_is(options: dict[str, Any]) -> None:
     """States of whole steps, in order; the run has the bits of one without."""
     seen: list[Any] = []
-    watched, plain = run(seen.append, **options), run(None, **options)
+    watched, plain = (run(call, t_end=20.0, **options) for call in (seen.append, None))
     assert watched == plain
     steps = [reached.steps for reached in seen]
     assert steps == sorted(set(steps))
@@ -82,6 +82,12 @@ def test_stops_where_it_could_not_finish(options: dict[str, Any]) -> None:
     ended = run(lambda reached: True, events="q[0]", t_end=1000.0, **options)
     assert ended.success
     assert (ended.t_events[0] <= ended.tau[-1]).all()
+
+
+def test_the_end_of_an_adaptive_run_is_its_own() -> None:
+    """Whatever the callback says there."""
+    whole = run(lambda reached: reached.tau >= 5.0, t_end=5.0, **ADAPTIVE)
+    assert (whole.message, whole.t[-1]) == ("", 5.0)
 
 
 def failing(error: type[BaseException]) -> Any:

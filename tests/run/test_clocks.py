@@ -20,8 +20,7 @@ STEP = 0.125
 
 @gi.field
 def circle(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[1]
-    out[1] = -y[0]
+    out[0], out[1] = 1.0 * y[1], -y[0]
 
 
 # dt/dτ = c exp(dτ) + e − f sin τ: one function, so that it is compiled once.
@@ -34,9 +33,7 @@ def rate(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 def turning(c: float = 0.0, d: float = 0.0, e: float = 0.0, f: float = 0.0) -> gi.Problem:
-    return gi.Problem(
-        "turning", (("y", 2),), params=[c, d, e, f], field=circle, time="tau", clock=rate
-    )
+    return gi.Problem("turning", (("y", 2),), [c, d, e, f], circle, time="tau", clock=rate)
 
 
 START = np.array([0.6, 0.8])
@@ -82,11 +79,9 @@ def test_a_clock_that_gets_there_is_none(name: str, sign: float) -> None:
     assert math.isfinite(sol.tau[-1])
 
 
-@pytest.mark.parametrize(
-    ("end", "step"), [({"t_end": 1e300}, STEP), ({"t_end": 1.0}, 1e-300), ({"t_end": -1e18}, 1.0)]
-)
-def test_no_more_steps_than_there_are_times(end: dict[str, float], step: float) -> None:
+def test_no_more_steps_than_there_are_times() -> None:
     """With an end in physical time as with one in the problem's own."""
-    for own in (end, {"tau_end": end["t_end"]}):
-        with pytest.raises(gi.DomainError, match="in fewer than 2⁵³ steps"):
-            gi.solve(turning(e=1.0), START, **own, method="rk-4", step=step)
+    for end, step in ((1e300, STEP), (1.0, 1e-300), (-1e18, 1.0)):
+        for time in ("t_end", "tau_end"):
+            with pytest.raises(gi.DomainError, match="in fewer than 2⁵³ steps"):
+                gi.solve(turning(e=1.0), START, **{time: end}, method="rk-4", step=step)

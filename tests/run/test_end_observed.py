@@ -15,14 +15,12 @@ pytestmark = pytest.mark.nojit
 
 @gi.field
 def turning(params, t, y, out, work):
-    out[0] = -y[1]
-    out[1] = y[0]
+    out[0], out[1] = -y[1], y[0]
 
 
 @gi.field
 def ending(params, t, y, out, work):
-    out[0] = -y[1] / gi.sqrt(1.0 - t)
-    out[1] = y[0] / gi.sqrt(1.0 - t)
+    out[0], out[1] = -y[1] / gi.sqrt(1.0 - t), y[0] / gi.sqrt(1.0 - t)
 
 
 @gi.field
@@ -55,7 +53,7 @@ RUNS = {
     "adaptive": (IN_T, {"t_end": 1.0}, ADAPTIVE),
     "adaptive, end in t": (IN_TAU, {"t_end": 1.0}, ADAPTIVE),
 }
-EVERY = pytest.mark.parametrize("every", [1, 3, 1000])
+EVERY = pytest.mark.parametrize("every", [1, 100])
 
 
 def solved(problem: gi.Problem, **options: Any) -> gi.Solution:
@@ -108,7 +106,7 @@ def test_a_failed_run_is_observed_to_its_last_state(every: int, observed: str) -
 
 
 class Pressing(gi.Watcher):
-    """Ctrl-C that comes while something is observed."""
+    """Ctrl-C that comes while something is observed for the fourth time."""
 
     calls = 0
 
@@ -150,14 +148,14 @@ def test_an_interrupted_run_is_observed_to_its_last_state(
     assert (np.diff(drift.windows.times) > 0.0).all()
 
 
-@pytest.mark.parametrize("end", [1.0, 0.97, -1.0])
-@pytest.mark.parametrize("limit", [None, 1, 4, 5, 100])
+@pytest.mark.parametrize("end", [0.97, -1.0])
+@pytest.mark.parametrize("limit", [None, 1, 4, 100])
 def test_the_measure_is_sampled_at_its_end(limit: int | None, end: float) -> None:
     """That of the run, or that of the first `steps`; its sum does not depend on samples."""
     observe = {"measure": {"steps": limit}}
     whole, *others = (
         solved(IN_T, t_end=end, observe=observe, observe_every=every).drift["measure"]
-        for every in (1, 2, 3, 1000)
+        for every in (1, 3, 1000)
     )
     for some in others:
         assert some.final_error == whole.final_error != 0.0

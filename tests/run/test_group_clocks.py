@@ -87,11 +87,3 @@ def no_turn(params: Any, t: Any, y: Any, xi: Any, work: Any) -> None:
     xi[0] = 0.0 * y[0]
     xi[1] = 0.0 * y[0]
     xi[2] = 0.0 * y[0]
-
-
-def test_a_users_group_that_says_no_rows() -> None:
-    problem, y0 = in_tau("pulsating-body")
-    group = dataclasses.replace(problem.action.group, rows=None)
-    other = dataclasses.replace(problem, action=dataclasses.replace(problem.action, group=group))
-    run = {"tau_end": END, "step": 0.125, "method": "cf-4"}
-    np.testing.assert_array_equal(gi.solve(other, y0, **run).t, gi.solve(problem, y0, **run).t)

@@ -25,11 +25,3 @@ def test_bits_are_the_same(end: float, every: int, compiled: bool) -> None:
     together, apart = (gi.solve(problem, state, t_end=x, **run).drift for x in (1e7, 21.0))
     assert together == apart
     assert together["energy"].windows.last_time == pytest.approx(end, rel=1e-15)
-
-
-def test_the_plan_says_so() -> None:
-    assert "after every step, by one function" in gi.make_plan(SCENE).watched.reason
-    short = SCENE.changed(time={"t_end": 10.0})
-    assert "function" not in gi.make_plan(short).watched.reason
-    alone = SCENE.changed_observation(["energy", "measure"])
-    assert "function" not in gi.make_plan(alone).watched.reason

@@ -78,45 +78,21 @@ def test_boundary_of_henon_and_heiles() -> None:
     assert (edge > 0.125).all()
 
 
-@pytest.mark.parametrize(
-    ("what", "states"),
-    [
-        ("q[0]", [[0.0, 0.1, 0.2, 0.0], [0.0, 0.1, 0.3, 0.0]]),  # of different energies
-        ("p[1]", [[0.1, 0.1, 0.1, 0.0]]),  # whose energy is no parabola in what is free
-        ("q[0]", []),
-    ],
-)
-def test_no_boundary(what: str, states: Any) -> None:
-    section = section_of(CONTROL, what, 0.0, states)
-    assert section.plane is not None
-    assert section.boundary is None
+def test_no_boundary() -> None:
+    """Of different energies; of one that is no parabola in what is free; of no motion."""
+    several = [[0.0, 0.1, 0.2, 0.0], [0.0, 0.1, 0.3, 0.0]]
+    for what, states in (("q[0]", several), ("p[1]", [[0.1, 0.1, 0.1, 0.0]]), ("q[0]", [])):
+        section = section_of(CONTROL, what, 0.0, states)
+        assert section.plane is not None
+        assert section.boundary is None
 
 
+@pytest.mark.usefixtures("short_chains")
 def test_points_lie_within() -> None:
     """Where the least energy is more than that of the motions there are no points."""
-    states = [Y0, *gi.draw_states(SPHERE, 5, at=Y0, seed=2)]
+    states = [Y0, *gi.draw_states(SPHERE, 2, at=Y0, seed=2)]
     found = gi.poincare_section(SPHERE, states, gi.Event("gamma[2]", "up"), 40, step=0.5)
-    assert found.boundary is not None
     for x, y in zip(*found.coordinates(), strict=True):
         i, j = np.searchsorted(found.boundary.x, x), np.searchsorted(found.boundary.y, y)
         cell = found.boundary.least[max(j - 1, 0) : j + 1, max(i - 1, 0) : i + 1]
         assert cell.min() < found.boundary.energy
-
-
-@pytest.mark.parametrize(
-    ("problem", "event", "y0"),
-    [(CONTROL, "q[0]", [0.0, 0.1, 0.48, 0.0]), (SPHERE, "gamma[2]", Y0)],
-)
-def test_the_picture_shows_what_the_energy_allows(problem: gi.Problem, event: str, y0: Any) -> None:
-    """All of it, and nearly nothing else."""
-    found = gi.poincare_section(problem, y0, event, 20)
-    assert found.boundary is not None
-    inside = found.boundary.least <= found.boundary.energy
-    panel = found.plot().axes[0]
-    for values, some, (low, high) in (
-        (found.boundary.x, inside.any(axis=0), panel.get_xlim()),
-        (found.boundary.y, inside.any(axis=1), panel.get_ylim()),
-    ):
-        allowed = values[some]
-        assert low <= allowed[0] < allowed[-1] <= high
-        assert high - low < 1.15 * (allowed[-1] - allowed[0])

@@ -76,7 +76,6 @@ def test_the_end_of_motions_with_an_edge(asked: dict[str, Any]) -> None:
     edge = first("edge", lambda p, t, y: 1.0 / gi.sqrt(p[0] - t) + 0.0 * y[0], 3.0)
     with pytest.warns(gi.GeomintWarning, match="end"):
         sol = gi.solve(edge, [0.0, 1.0], t_end=3.0, **QUIET, **asked)
-    assert sol.end_error is not None
     assert sol.end_error.error > 1e-4
     assert sol.end_error.until == 0.0
 
@@ -85,7 +84,6 @@ def test_what_ends_tell() -> None:
     """√(r^p − 1) errors where few enough are left, or three runs agree; one where errors grow."""
     sol = gi.solve(*HENON, t_end=40.0, step=0.8, **QUIET)
     local = sol.local_error
-    assert local is not None
 
     def found(apart: float, wanted: float = 1e-16, other: float = 0.0) -> Any:
         return end_error(sol, apart, wanted, 0.0, 50.0, other)
@@ -118,22 +116,9 @@ def test_two_runs_of_few_steps_may_agree_by_chance(end: float, few: bool) -> Non
 
 def test_it_is_of_the_end_whatever_is_saved() -> None:
     whole, some = (gi.solve(*HENON, t_end=50.0, t_eval=x, **QUIET) for x in (None, [3.0]))
-    assert whole.end_error is not None
-    assert some.end_error is not None
     assert whole.end_error[1:] == some.end_error[1:]
     assert some.end_error.error < 1e-13
     assert gi.solve(*HENON, t_end=50.0, method="gauss-8", **QUIET).end_error is None
-
-
-@pytest.mark.parametrize("behind", [0.0146, 1.0146])
-def test_a_jump_behind_the_middle_of_a_window_is_measured(behind: float) -> None:
-    """Also before the first node of a step: both err alike."""
-    problem = moved(switched, (10.0 + behind) * 0.1)
-    sol = gi.solve(problem, [0.7, 0.3], t_end=2.0, method="gauss-6", step=0.1, **QUIET)
-    assert sol.local_error is not None
-    size = np.abs(sol.y[-1]).max()
-    assert 0.3 < sol.local_error.largest * size / (0.01 * 0.0146 * 0.1) < 3.0
-    assert abs(sol.local_error.time - 1.0 - 0.1 * behind) < 0.21
 
 
 def test_ctrl_c_while_a_run_is_confirmed_leaves_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,17 +136,15 @@ def hump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """A rotation that is fast about time 10: Newton's method finds its steps there."""
     z = (t - 10.0) / params[0]
     w = 1.0 + params[1] / (1.0 + z * z)
-    out[0] = w * y[1]
-    out[1] = -w * y[0]
+    out[0], out[1] = w * y[1], -w * y[0]
 
 
-@pytest.mark.parametrize(("width", "step"), [(1.0, 0.25), (2.0, 0.25), (2.0, 0.35)])
-def test_the_worst_of_steps_by_newtons_method_is_found(width: float, step: float) -> None:
+def test_the_worst_of_steps_by_newtons_method_is_found() -> None:
+    width, step = 2.0, 0.35
     problem = gi.Problem("hump", (("y", 2),), params=[width, 20.0], field=hump)
     sol = gi.solve(problem, [1.0, 0.0], t_end=20.0, method="gauss-8", step=step, **QUIET)
     angle = 20.0 + 40.0 * width * math.atan(10.0 / width)
     off = np.abs(sol.y[-1] - [math.cos(angle), -math.sin(angle)]).max()
-    assert sol.local_error is not None
     assert abs(sol.local_error.time - 10.0) < 1.0
     assert 0.05 < sol.local_error.total / off < 20.0
 
@@ -200,7 +183,6 @@ def test_errors_are_those_up_to_an_event_that_ends_the_run() -> None:
         problem = second("fall", contact, stiffness)
         sol = gi.solve(problem, [1.0, 0.0], t_end=10.0, step=step, events=event, **QUIET)
         assert sol.t[-1] == pytest.approx(np.sqrt(2.0), abs=1e-12)
-        assert sol.local_error is not None
         assert sol.local_error.largest < 1e-14
         assert not sol.warnings
 

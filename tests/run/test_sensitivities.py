@@ -11,12 +11,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-
-
-@gi.field
-def swinging(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = y[1]
-    out[1] = -params[0] * y[0]
+from tests.run.motions import second, swing
 
 
 @gi.observable
@@ -29,13 +24,11 @@ def late(params: Any, t: Any, y: Any, work: Any) -> Any:
     return params[0] * t * y[0]
 
 
-SPRING = gi.Problem(
-    "spring", (("x", 1), ("v", 1)), [1.0], field=swinging, invariants={"energy": energy}
-)
+SPRING = dataclasses.replace(swing(), invariants={"energy": energy})
 
 
 def spring(k: float, a: float = 0.7) -> tuple[gi.Problem, list[float]]:
-    return dataclasses.replace(SPRING, params=[k * k]), [a, k * a]
+    return dataclasses.replace(SPRING, params=[k * k, 0.0, 0.0]), [a, k * a]
 
 
 @pytest.mark.parametrize("k", [0.3, 1.0, 20.0, 1e-3])
@@ -59,22 +52,6 @@ def test_a_spring(k: float) -> None:
     np.testing.assert_allclose(kept.by_parameters, [2 * k * a * a, 2 * k * k * a], rtol=1e-12)
     direct = 2 * k * t * found.y[0] + k * k * t * a * by_k[0]
     assert found.quantities["late"].by_parameters[0] == pytest.approx(direct, rel=1e-12)
-
-
-def test_integrals() -> None:
-    """∫ x² dt, a number of the state: its value is (2a)² t/2 over a period, k = 1 and v₀ = a."""
-
-    @gi.observable
-    def squared(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return y[0] * y[0]
-
-    def watched(a: float) -> tuple[gi.Problem, list[float]]:
-        problem, y0 = spring(1.0, a)
-        return gi.with_quadrature(problem, "s", squared), [*y0, 0.0]
-
-    found = gi.sensitivities(watched, parameters={"a": 0.5}, t_end=2 * math.pi, step=0.1)
-    assert found.y[2] == pytest.approx(2 * math.pi * 0.25, rel=1e-13)
-    assert found.by_parameters[2, 0] == pytest.approx(2 * math.pi, rel=1e-12)
 
 
 def sphere(D: float, a1: float) -> tuple[gi.Problem, np.ndarray]:
@@ -106,7 +83,7 @@ UNIT = {"t_end": 1.0, "step": 0.1}
 
 def of_square(square: Any, start: Any = lambda k: 1.0) -> Any:
     """Return a spring from rest whose k² and whose x are functions of a parameter."""
-    return lambda k: (dataclasses.replace(SPRING, params=[square(k)]), [start(k), 0.0])
+    return lambda k: (dataclasses.replace(SPRING, params=[square(k), 0.0, 0.0]), [start(k), 0.0])
 
 
 def test_at_the_end_of_what_is_admissible() -> None:
@@ -139,28 +116,24 @@ def allowed(a: float) -> float:
 
 
 TINY = {
-    "a sum": (lambda a: 1.0 + a, lambda a: 1.0, True),
-    "little of it": (lambda a: 1.0 + 1e-6 * a, lambda a: 1e-6, True),
-    "its unit": (lambda a: a / TINIEST, lambda a: 1.0 / TINIEST, True),
-    "a kink": (lambda a: 1.0 + abs(a), lambda a: 1.0, False),
-    "a sum that ends": (lambda a: 1.0 + allowed(a), lambda a: 1.0, False),
+    "a sum": (lambda a: 1.0 + a, 1.0, True),
+    "little of it": (lambda a: 1.0 + 1e-6 * a, 1e-6, True),
+    "a kink": (lambda a: 1.0 + abs(a), 1.0, False),
+    "a sum that ends": (lambda a: 1.0 + allowed(a), 1.0, False),
 }
-TINIEST = 1e-13
 
 
 @pytest.mark.parametrize("name", TINY)
-@pytest.mark.parametrize("a", [TINIEST, 3e-20, 1e-200])
+@pytest.mark.parametrize("a", [1e-13, 3e-20, 1e-200])
 def test_a_parameter_that_is_tiny(name: str, a: float) -> None:
     """Differences over a part of it are rounding: over more, or refused where that is not possible."""
     of, slope, possible = TINY[name]
-    if name == "its unit":
-        a = TINIEST
     if not possible:
         with pytest.raises(gi.DomainError, match="lost in rounding"):
             gi.sensitivities(of_square(of), parameters={"k": a}, **UNIT)
         return
     w = math.sqrt(of(a))
-    expected = -0.5 * math.sin(w) / w * slope(a)
+    expected = -0.5 * math.sin(w) / w * slope
     found = gi.sensitivities(of_square(of), parameters={"k": a}, **UNIT)
     assert abs(found.by_parameters[0, 0] - expected) < 1e-10 * max(abs(expected), 1e-3)
 
@@ -179,11 +152,7 @@ def holding(force: Any) -> Any:
 
     def family(k: float) -> gi.Problem:
         held = gi.helper(force(k))
-
-        @gi.field
-        def field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-            out[0], out[1] = y[1], held(t, y[0])
-
+        field = second("held", lambda p, t, y: held(t, y[0])).field
         return dataclasses.replace(SPRING, field=field)
 
     return family
@@ -244,14 +213,11 @@ WRONG: list[tuple[Any, Any, dict[str, Any], str]] = [
     (lambda k: 3, REST, {}, "returns a geomint.Problem"),
     (spring, REST, {}, "returns an initial state"),
     (spring, None, {"parameters": 3}, "a mapping"),
-    (spring, None, {"parameters": {"k": "x"}}, "parameters"),
     (spring, None, {"parameters": {"k": math.nan}}, "parameters"),
     (spring, None, {"parameters": {"kk": 1.0}}, "those of the function"),
     (spring, None, {"parameters": {}}, "those of the function"),
     (spring, None, {"parameters": {3: 1.0}}, "names to numbers"),
     (spring, None, {"observe": ["enrgy"]}, "Did you mean 'energy'"),
-    (spring, None, {"observe": None}, "names of quantities"),
-    (spring, None, {"observe": [3]}, "a name, or a function"),
     (spring, None, {"observe": [energy, scaled(energy)]}, "two are 'energy'"),
     (spring, None, {"method": "exact"}, "no steps of a given length"),
 ]

@@ -21,7 +21,7 @@ from geomint.problems.testproblems import henon_heiles
 from geomint.run.accuracy.search import Search, Trial
 from geomint.run.accuracy.stretch import extrapolated
 from tests.families import FAMILIES, KINDS, PROBLEMS, pairs
-from tests.problems import outer_solar_system, schwarzschild
+from tests.problems import schwarzschild
 from tests.run.motions import first, second, swing
 
 LARGE = 32  # numbers of a state: of fewer Newton's method is fast
@@ -62,7 +62,6 @@ def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     error = off(p, sol.y[-1], truth)
     assert sol.success
     assert 1e-3 * tolerance < error < 4.0 * tolerance, error / tolerance
-    assert sol.accuracy is not None
     assert sol.accuracy.expected <= tolerance
     assert sol.method.name == method.name
 
@@ -70,16 +69,12 @@ def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
 LATE = pytest.mark.nightly
 
 
-@pytest.mark.parametrize(
-    "name", ["gauss-8", *(pytest.param(x, marks=LATE) for x in ("rk-4", "dop853-adaptive"))]
-)
-def test_against_the_exact_flow_at_physical_times(name: str) -> None:
+def test_against_the_exact_flow_at_physical_times() -> None:
     """The state at the same physical time, however late the clock is."""
-    tolerance = 1e-5 if name == "rk-4" else 1e-8
-    run: dict[str, Any] = {"method": name, "tolerance": tolerance, "progress": False}
+    run: dict[str, Any] = {"method": "gauss-8", "tolerance": 1e-8, "progress": False}
     for end in (40.0, -3.0):
         sol = gi.solve(HAMILTONIZED.problem, HAMILTONIZED.state, t_end=end, **run)
-        assert 1e-3 < off_exact(HAMILTONIZED, sol, end) / tolerance < 4.0
+        assert 1e-3 < off_exact(HAMILTONIZED, sol, end) / 1e-8 < 4.0
 
 
 @pytest.mark.parametrize("name", ["rk-4", "gauss-2"])
@@ -100,19 +95,6 @@ def test_auto_on_the_exact_flow(end: float) -> None:
         error = off_exact(SPHERE, sphere(end, method="auto", tolerance=tolerance), end)
         assert error < 3.0 * tolerance
         assert end < 1.0 or error > 1e-4 * tolerance
-
-
-@pytest.mark.parametrize(
-    "name", ["gauss-3", "dormand-prince-5-adaptive", pytest.param("cf-4", marks=LATE)]
-)
-def test_the_bits_are_those_of_plain_python(name: str) -> None:
-    one, again, plain = (
-        sphere(1.5, method=name, tolerance=1e-6, compiled=compiled)
-        for compiled in (True, True, False)
-    )
-    assert one == again
-    assert one.accuracy == plain.accuracy
-    np.testing.assert_array_equal(one.y, plain.y)
 
 
 def test_what_is_chosen_is_a_step_and_where_the_iteration_stops() -> None:
@@ -181,8 +163,17 @@ BAD_SCALES = [
 SCALED = {rate: first("scaled", rate, 1.0, 0.0) for rate in (growing, of_its_inverse, of_time)}
 
 
-@pytest.mark.parametrize("name", ["auto", "gauss-2", "dop853-adaptive"])
-@pytest.mark.parametrize(("rate_of", "rate", "y0", "end"), BAD_SCALES)
+BAD_NAMES = ("auto", "gauss-2", "dop853-adaptive")  # in turn; each for each at night
+
+
+@pytest.mark.parametrize(
+    ("name", "rate_of", "rate", "y0", "end"),
+    [
+        pytest.param(name, *case, marks=[LATE] * (name != BAD_NAMES[k % 3]))
+        for k, case in enumerate(BAD_SCALES)
+        for name in BAD_NAMES
+    ],
+)
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_bad_scales(name: str, rate_of: Any, rate: float, y0: float, end: float) -> None:
     """The right value, or a typed error."""
@@ -196,18 +187,7 @@ def test_bad_scales(name: str, rate_of: Any, rate: float, y0: float, end: float)
     assert sol.y[-1, 0] == pytest.approx(right, rel=1e-4, abs=1e-4 * abs(y0))
 
 
-@pytest.mark.parametrize("name", ["auto", "dop853-adaptive"])
-@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
-def test_a_rate_without_derivatives_at_the_first_time(name: str) -> None:
-    """y′ = √(t − 1) from t = 1."""
-    problem = dataclasses.replace(SCALED[of_time], params=[1.0, 1.0])
-    asked: dict[str, Any] = {"method": name, "tolerance": 1e-9, "progress": False}
-    sol = gi.solve(problem, [0.0, 1.0], t0=1.0, t_end=3.0, **asked)
-    assert sol.y[-1, 0] == pytest.approx(2.0**2.5 / 3.0, rel=1e-7)
-    assert sol.steps < 20_000
-
-
-@pytest.mark.parametrize("name", ["rk-4", "gauss-8"])
+@pytest.mark.parametrize("name", ["rk-4", pytest.param("gauss-8", marks=LATE)])
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_trials_are_short_however_long_the_run(name: str) -> None:
     """They are calls of compiled code, for whose end Ctrl-C waits; the run is ended at once."""
@@ -223,15 +203,6 @@ def chosen(problem: gi.Problem, y0: Any, tolerance: float) -> gi.Method:
     """The method of a run of no length, which has a reason."""
     end = {"tau_end" if problem.time == "tau" else "t_end": 0.0}
     return gi.solve(problem, y0, **end, method="auto", tolerance=tolerance, compiled=False).method
-
-
-@pytest.mark.nightly
-def test_auto_fits_every_scene() -> None:
-    for name in gi.scene_names():
-        model = gi.load_scene(name).model
-        for form, problem in model.problems.items():
-            method = chosen(problem, model.states[form], 1e-6)
-            assert method.needs in problem.forms
 
 
 def test_auto_takes_what_a_problem_has() -> None:
@@ -250,24 +221,18 @@ def test_auto_takes_what_a_problem_has() -> None:
 # --- what it says -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("given", "error", "words"),
-    [
-        *(
-            ({"tolerance": x}, gi.DomainError, f"tolerance = {x}")
-            for x in (0.0, 0.1, math.nan, True)
-        ),
+def test_what_makes_no_sense() -> None:
+    for asked, error, words in (
+        *(({"tolerance": x}, gi.DomainError, f"tolerance = {x}") for x in (0.0, 0.1, math.nan)),
         ({"tolerance": 1e-17}, gi.DomainError, "2⁻⁵²"),
         ({"tolerance": 1e-9, "step": 0.1}, gi.DomainError, "step = 0.1"),
         ({"tolerance": 1e-9, "method": "exact"}, gi.DomainError, "exact flow"),
         ({"method": "auto"}, gi.MethodError, "needs a tolerance"),
         ({"method": "auto", "step": 0.1}, gi.DomainError, "step = 0.1"),
         ({"tolerance": 1e-9, "method": "verlet-4"}, gi.FormError, "splitting"),
-    ],
-)
-def test_what_makes_no_sense(given: dict[str, Any], error: type[Exception], words: str) -> None:
-    with pytest.raises(error, match=words):
-        sphere(1.0, **given)
+    ):
+        with pytest.raises(error, match=words):
+            sphere(1.0, **asked)
 
 
 def test_below_rounding_is_said() -> None:
@@ -282,23 +247,6 @@ def quickening(p: Any, t: Any, y: Any) -> Any:
     s4 = s * s * s * s
     rate = 1.0 + (p[0] - 1.0) * s4 * s4 / (1.0 + s4 * s4)
     return -rate * rate * y[0]
-
-
-def chirp(rate: float) -> gi.Problem:
-    return second("chirp", quickening, rate)
-
-
-@pytest.mark.filterwarnings("ignore:tolerance = 1e-06 may not be met")
-@pytest.mark.parametrize("name", ["gauss-6", "rk-4"])
-def test_a_run_begins_anew_where_the_motion_becomes_faster(name: str) -> None:
-    given: dict[str, Any] = {"t_end": 900.0, "method": name, "tolerance": 1e-6, "progress": False}
-    sol = gi.solve(chirp(3.0), [1.0, 0.0], **given)
-    right = gi.solve(chirp(3.0), [1.0, 0.0], t_end=900.0, step=0.05, progress=False).y[-1]
-    assert np.abs(sol.y[-1] - right).max() < 2e-5
-    assert sol.local_error is not None
-    assert sol.local_error.time > 80.0
-    once = gi.solve(chirp(1.0), [1.0, 0.0], **given)
-    assert once.step > 2.0 * sol.step
 
 
 @gi.field
@@ -317,7 +265,6 @@ def test_an_estimated_error_is_no_second_reason_to_warn() -> None:
     with pytest.warns(gi.GeomintWarning, match="by a second run the end errs by about") as told:
         sol = gi.solve(LORENZ, [-5.0, -6.0, 22.0], t_end=60.0, **given)
     assert len(told) == 1
-    assert sol.error_estimate is not None
     assert np.abs(sol.error_estimate[-1]).max() > 1e-5
     for end in (100.0, 32 * math.pi):
         gi.solve(SWING, [1.0, 0.0], t_end=end, method="rk-4", **given)
@@ -326,9 +273,9 @@ def test_an_estimated_error_is_no_second_reason_to_warn() -> None:
 def test_steps_that_fail_on_the_way_are_shortened() -> None:
     method = gi.Gauss(8, iteration="fixed-point")
     given: dict[str, Any] = {"method": method, "tolerance": 1e-3, "progress": False}
-    sol = gi.solve(chirp(12.0), [1.0, 0.0], t_end=400.0, **given)
+    chirp = second("chirp", quickening, 12.0)
+    sol = gi.solve(chirp, [1.0, 0.0], t_end=400.0, **given)
     assert sol.success
-    assert sol.accuracy is not None
     assert any(error is None for _, error in sol.accuracy.trials)  # a step that failed
 
 
@@ -343,32 +290,20 @@ def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met", "ignore:steps of ")
-@pytest.mark.parametrize(
-    ("pairs", "called", "end", "rate"),
-    [
-        *((LARGE // 2, False, 400.0, 12.0), (3, False, 400.0, 12.0)),
-        pytest.param(LARGE // 2, True, 400.0, 12.0, marks=LATE),
-        pytest.param(LARGE // 2, False, 160.0, 4.2, marks=LATE),  # where it goes on, but slowly
-    ],
-)
-def test_large_states_take_shorter_steps_before_newtons_method(
-    pairs: int, called: bool, end: float, rate: float
-) -> None:
-    """Not where a callback has seen the first run, and not of small states: there Newton's is fast."""
-    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[rate], field=quickening_pairs)
-    y0, times = np.tile([1.0, 0.0], pairs), list[float]()
-    given: dict[str, Any] = {"t_end": end, "progress": False}
-    more: Any = {"callback": lambda seen: times.append(seen.t)} if called else {}
-    more["events"] = iter(["x[0]"])  # of which the first run takes the last
-    sol = gi.solve(p, y0, tolerance=1e-3, method="gauss-8", **given, **more)
+@pytest.mark.parametrize("pairs", [LARGE // 2, 3])
+def test_large_states_take_shorter_steps_before_newtons_method(pairs: int) -> None:
+    """Not of small states: there Newton's is fast."""
+    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[12.0], field=quickening_pairs)
+    y0, given = np.tile([1.0, 0.0], pairs), {"t_end": 400.0, "progress": False}
+    events = iter(["x[0]"])  # of which the first run takes the last
+    sol = gi.solve(p, y0, tolerance=1e-3, method="gauss-8", **given, events=events)
     assert sol.success
     assert len(sol.events["x[0]"].t) > 10
-    assert times == sorted(times)
     assert sol.method.options["iteration"] == "auto"
-    if 2 * pairs >= LARGE and not called:
+    if 2 * pairs >= LARGE:
         assert sol.step < sol.accuracy.trials[-1][0]
     alone = gi.solve(p, y0, step=sol.step, method=sol.method, **given)
-    on = [gi.solve(s, t_end=end + 1.0) for s in (sol, alone)]
+    on = [gi.solve(s, t_end=401.0) for s in (sol, alone)]
     assert (alone.y == sol.y).all()
     assert (on[0].y == on[1].y).all()
 
@@ -397,34 +332,15 @@ def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
         assert 0.0 < error.until < until
 
 
-def test_runs_that_agree_by_chance_are_looked_at() -> None:
-    """Both runs resolved nothing, and their ends were 2.6 tolerances apart."""
-
-    def rising_pitch(p: Any, t: Any, y: Any) -> Any:
-        w = 1.0 + p[0] * t
-        return -w * w * y[0]
-
-    p = second("rising", rising_pitch, 1.38428472, pieces=(("y", 2),))
-    given: dict[str, Any] = {"t_end": 24.74520810609258, "progress": False}
-    sol = gi.solve(p, [0.67775478, 1.15880023], method="auto", tolerance=6.306e-4, **given)
-    right = gi.solve(p, [0.67775478, 1.15880023], step=1e-3, **given).y[-1]
-    assert np.abs(sol.y[-1] - right).max() < 6.306e-3 * np.abs(right).max()
-
-
 def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
-    """Older files had errors of steps among the numbers."""
     sol = sphere(3000.0, method="auto", tolerance=1e-8)
-    assert sol.accuracy is not None
     sol.save(tmp_path / "run.nc")
     loaded = gi.load(tmp_path / "run.nc")
-    assert loaded.accuracy == sol.accuracy
-    assert loaded == sol
+    assert (loaded, loaded.accuracy) == (sol, sol.accuracy)
     known = loaded.provenance["accuracy"]
     assert known["tolerance"] == 1e-8
     assert "8 stages" in known["reason"]
     assert sphere(1.0, step=0.1).provenance["accuracy"] is None
-    older = [1e-6, 1e-7, 0.0, [[0.1, None]], None, "fits"]
-    assert type(sol.accuracy).read(older) == (1e-6, 1e-7, 0.0, ((0.1, None),), "fits")
 
 
 # --- parts ------------------------------------------------------------------------------------------
@@ -468,16 +384,10 @@ def test_how_errors_grow() -> None:
     assert extrapolated(t[:1], 3e-9 * t[:1], 10.0, False) == pytest.approx(3e-8)
 
 
-SLOWEST = [(27.0, 1e-10), *((r, x) for r in (21.3, 28.9) for x in (1e-6, 1e-10)), (27.0, 1e-6)]
-
-
-@pytest.mark.parametrize(
-    ("radius", "tolerance"), [SLOWEST[0], *(pytest.param(*x, marks=LATE) for x in SLOWEST[1:])]
-)
-def test_motions_that_begin_where_they_are_slowest(radius: float, tolerance: float) -> None:
+def test_motions_that_begin_where_they_are_slowest() -> None:
     """Around a black hole: steps are a hundredth of what the beginning says, and so iterations end."""
-    p = schwarzschild.problem()
-    y0 = schwarzschild.initial(p, radius)
+    p, tolerance = schwarzschild.problem(), 1e-10
+    y0 = schwarzschild.initial(p, 27.0)
     found = gi.solve(p, y0, t_end=1e5, method="auto", tolerance=tolerance, progress=False)
     exact = gi.solve(p, y0, t_end=1e5, method="dop853", step=1.0, progress=False)
     off = np.abs(found.y[-1] - exact.y[-1]) / np.maximum(np.abs(y0), np.abs(exact.y[-1]))
@@ -493,27 +403,6 @@ def test_states_are_admitted_once_and_calls_repeat() -> None:
     assert len(admitted) == 2
 
 
-def test_no_call_evaluates_functions_in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But the checks of the first one: from another state nothing is left to them."""
-    problem = HAMILTONIZED.problem
-    asked: dict[str, Any] = {"t_end": 20.0, "tolerance": 1e-6, "observe": ["energy", "K"]}
-    gi.solve(problem, problem.random_state(0), **asked, progress=False)
-
-    def call(f: Any, *given: Any) -> Any:
-        assert not f.function.__module__.startswith("chaplygin"), f"{f} in plain Python"
-        return f.function(*given)
-
-    y0 = problem.random_state(1)
-    monkeypatch.setattr(type(problem.field), "__call__", call)
-    assert gi.solve(problem, y0, **asked, progress=False).success
-
-
-def test_first_steps_of_large_states_have_the_bits_of_plain_python() -> None:
-    problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
-    steps = [gi.solve(problem, y0, t_end=0.0, compiled=c).step for c in (True, False)]
-    assert steps[0] == steps[1]
-
-
 def test_trials_of_other_threads_change_nothing() -> None:
     """Compiled code lets other threads run: each has calls, and what they change, of its own."""
     problem = ch.ChaplyginSphere.from_moments((1.0, 2.0, 3.0), 1.0, 1.0).classical()
@@ -526,6 +415,6 @@ def test_trials_of_other_threads_change_nothing() -> None:
     sys.setswitchinterval(1e-6)
     try:
         with ThreadPoolExecutor(4) as pool:
-            assert list(pool.map(step, 8 * states)) == 8 * alone
+            assert list(pool.map(step, 3 * states)) == 3 * alone
     finally:
         sys.setswitchinterval(before)
