@@ -319,8 +319,8 @@ def test_stretched_bars_are_passed_rightly_or_not_at_all() -> None:
 def test_a_step_onto_another_branch_is_refused() -> None:
     angle = 0.4476985160456008
     rate = np.sqrt(1.0 + 7.0 * WEIGHT / 3.0 * (1.0 - np.cos(angle)))
+    run: Any = {"method": "rattle-4", "step": 0.05, "t_end": 2.0, "compiled": False}
     with pytest.raises(gi.RankError):
-        run = {"method": "rattle-4", "step": 0.05, "t_end": 2.0, "compiled": False}
         gi.solve(BARS, bars_at(angle, rate), **run)
 
 
