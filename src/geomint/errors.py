@@ -241,11 +241,8 @@ def _registered(group: str) -> Iterable[EntryPoint]:
     """Return the entry points of a group: packages are looked at anew where a folder has changed."""
     from importlib import metadata
 
-    places = [place or "." for place in sys.path]
-    looks = [
-        (p, (found := os.stat(p)).st_ino, found.st_mtime_ns) for p in places if os.path.exists(p)
-    ]
-    return _read(metadata.entry_points, group, *looks)
+    places = filter(os.path.exists, map(os.path.abspath, sys.path))
+    return _read(metadata.entry_points, group, *((p, os.path.getmtime(p)) for p in places))
 
 
 @functools.lru_cache(8)

@@ -2,13 +2,12 @@
 
 import math
 import time
-import warnings
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from ..errors import GeomintError
+from ..errors import Gathered, GeomintError
 from ..methods import Method, find_method
 from ..plan import Estimate, estimate, make_plan
 from ..plan.duration import steps_of
@@ -143,8 +142,7 @@ def warm_method(scene: Scene, method: str | Method) -> None:
     t_end = end.get("t_end") or _physical_end(scene, own_end)
     timed = Endpoint(scene.problem, end, t_end, {}).end_for(problem)
     watched = {"t_end": t_end, "observe": [*problem.invariants, *problem.constraints]}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with Gathered(quiet=True):
         for options in (timed, watched):
             with suppress(GeomintError):  # compiled by then
                 run = partial(solve, problem, y0, method=variant, step=step, progress=False)

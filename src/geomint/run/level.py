@@ -1,14 +1,13 @@
 """The set of states where quantities have given values, such as the energy, and ways onto it."""
 
 import contextlib
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array, Booleans, finite, whole
-from ..errors import DomainError, GeomintError, GeomintWarning, nearest
+from ..errors import DomainError, Gathered, GeomintError, nearest
 from ..problems.at_states import writer
 from ..problems.evaluate import value
 from ..problems.problem import Problem
@@ -243,8 +242,7 @@ def _somewhere(problem: Problem, state: Array | None, rng: np.random.Generator) 
 def settled_states(problem: Problem, states: Array) -> Array:
     """Return states as the problem has them, without those that it takes for none."""
     settled = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)
+    with Gathered(quiet=True):
         for z in states:
             with contextlib.suppress(GeomintError):
                 settled.append(problem.canonical(z))

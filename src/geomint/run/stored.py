@@ -146,8 +146,10 @@ class StoredProblem(Stored):
         """Return the problem of the system, or that which is unpickled."""
         if self.system is not None and self.initial is not None:
             # Another version of the system may refuse; of states that are projected it warned then.
-            with suppress(Exception), warnings.catch_warnings():
-                warnings.simplefilter("ignore", GeomintWarning)
+            with (
+                suppress(Exception),
+                warnings.catch_warnings(action="ignore", category=GeomintWarning),
+            ):
                 keys = dict(self.system)
                 system = find_system(keys.pop("name"))
                 model = system.build(system.parameters(**keys), system.initial(**self.initial))

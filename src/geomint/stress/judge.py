@@ -96,6 +96,13 @@ def forbidden(cells: Iterable[Cell]) -> list[Cell]:
     return [cell for cell in cells if cell.verdict in FORBIDDEN]
 
 
+def strictly(call: Callable[[], Any]) -> Any:
+    """Return what a call returns; a warning that geomint does not give on purpose is an error."""
+    with warnings.catch_warnings(action="error"):
+        warnings.simplefilter("ignore", GeomintWarning)
+        return call()
+
+
 @dataclasses.dataclass
 class Trial:
     """A problem, an initial state and the runs to make of it; shared by all methods.
@@ -165,10 +172,7 @@ class Trial:
             save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
             **ends,
         )
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            warnings.simplefilter("ignore", GeomintWarning)
-            return attempt(run)
+        return strictly(functools.partial(attempt, run))
 
     def run(self, *args: Any) -> Solution:
         """Return the solution of an attempt, or raise its error."""

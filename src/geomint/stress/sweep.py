@@ -3,19 +3,18 @@
 import functools
 import itertools
 import time
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ..errors import GeomintError, GeomintWarning, nearest
+from ..errors import GeomintError, nearest
 from ..methods import Adaptive, Compose, Method, find_method, method_names
 from ..plan.fitting import unfit
 from ..problems.systems import Model
 from ..run.many import run_many
 from .case import Names, StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
-from .judge import Cell, Found, Trial, judge, verdict_of
+from .judge import Cell, Found, Trial, judge, strictly, verdict_of
 from .known_end import KnownEnd, known_end
 
 SECONDS = 60.0  # of a cell, compilations apart
@@ -96,14 +95,6 @@ def _lowest_and_highest(methods: Iterable[Method]) -> list[Method]:
     return list(dict.fromkeys(m for family in ends for m in (family[0], family[-1])))
 
 
-def _built(build: Callable[[], Model]) -> Model:
-    """Return a model; a warning that geomint does not give on purpose is an error."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warnings.simplefilter("ignore", GeomintWarning)
-        return build()
-
-
 def items_of(
     numbers: Sequence[int], methods: Sequence[Method], quick: bool = False
 ) -> tuple[list[list[Item]], list[Cell]]:
@@ -118,7 +109,7 @@ def items_of(
     for number in numbers:
         case = _cases()[number]
         try:
-            model = _built(case.build)
+            model = strictly(case.build)
         except Exception as error:
             verdict = "refused" if isinstance(error, GeomintError) else "untyped"
             found = verdict_of(verdict, error)
@@ -143,7 +134,7 @@ def _cell(case: StressCase, representation: str, method: str, found: Found) -> C
 @functools.lru_cache(maxsize=1)
 def _trial(number: int, representation: str) -> Trial:
     case = _cases()[number]
-    model = _built(case.build)
+    model = strictly(case.build)
     problem, y0 = model.problems[representation], model.states[representation]
     reference, physical = _reference(case, model, representation)
     return Trial(
@@ -161,7 +152,7 @@ def _reference(
     """Return what the reference solution comes from, if not from the problem itself."""
     units = case.rescaled
     if units is not None:
-        other = _built(units.build)
+        other = strictly(units.build)
         problem, y0 = other.problems[representation], other.states[representation]
 
         def in_units(end: float) -> KnownEnd:

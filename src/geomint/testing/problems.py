@@ -90,8 +90,7 @@ def _random(problem: Problem, count: int) -> Iterator[Array]:
     """Yield random states: admissible as they are, others for other seeds."""
     before = None
     for seed in range(count):
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             y = problem.random_state(seed)
         sure(before is None or (y != before).any(), f"{problem.name!r} has one random state")
         before = y

@@ -65,8 +65,7 @@ def check_space(space: Space, states: int = 5) -> None:
 def _random(space: Space, seed: int) -> Array:
     """Return a random point: the same for the same seed, admissible as it is."""
     components = space.random(np.random.default_rng(seed))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         y = space.project(**components)
         again = space.project(**space.random(np.random.default_rng(seed)))
     hold(y, space.join(components), f"`project` changes a random point of {space!r}")
@@ -116,8 +115,10 @@ def _check_settled(space: Space, y: Array, rng: np.random.Generator) -> None:
     told = space.settled(states)
     sure(told.shape == (len(states),), f"`settled` of {space!r} does not tell of each state")
     for state in states[told]:
-        with warnings.catch_warnings(record=True) as found, contextlib.suppress(DomainError):
-            warnings.simplefilter("always")
+        with (
+            warnings.catch_warnings(record=True, action="always") as found,
+            contextlib.suppress(DomainError),
+        ):
             if np.array_equal(space.admit(state), state) and not found:
                 continue
         raise AssertionError(f"`settled` of {space!r} says so of {state}, which is not admitted so")
@@ -132,8 +133,7 @@ def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:
         normals / np.linalg.norm(normals, axis=1, keepdims=True)
     )
     away /= length(away)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         near = space.admit(y + 1e-8 * away)
     told = any(issubclass(w.category, GeomintWarning) for w in caught)
     sure(told, f"{space!r} admits a state that is 1e-8 off without a warning")
@@ -142,8 +142,7 @@ def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:
     )
     small(near - y, 1e-7, f"{space!r} repairs a state that is 1e-8 off far away")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             hold(space.admit(near), near, f"{space!r} repairs a repaired state again")
             space.admit(y + 0.1 * away)
     except (DomainError, GeomintWarning) as error:
@@ -154,8 +153,7 @@ def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:
 
 def _check_named(space: Space, y: Array, away: Array) -> None:
     """Project what a user names far away to the space, and say so; or refuse it."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         try:
             found = space.project(**space.split(y + 0.1 * away))
         except DomainError:
