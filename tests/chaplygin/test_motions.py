@@ -42,7 +42,7 @@ def same_motion(problems, start):
             close(value, common[name], 10 * max(1.0, np.max(np.abs(value))))
         clock = 1.0 if problem.clock is None else gi.value(problem, problem.clock, z)
         np.testing.assert_allclose(
-            physical_rate(problem, z) / clock, expected, rtol=0, atol=3e-11 * max(1.0, size)
+            physical_rate(problem, z) / clock, expected, rtol=0, atol=1e-10 * max(1.0, size)
         )
         shared = first.invariants.keys() & problem.invariants.keys()
         assert shared >= {"energy"}
