@@ -62,7 +62,7 @@ def test_even_turns_are_exact(nu: float, shift: complex, count: int) -> None:
     z = (2.0 + shift) * np.exp(1j * nu * np.arange(count))
     found = gi.rotation_number(z)
     assert found.value == pytest.approx(nu, abs=1e-12)
-    assert found.digits > 12
+    assert found.digits > 12 or abs(nu) < 1e-3  # of a turn that is hardly there
 
 
 def test_half_a_turn_and_more() -> None:

@@ -61,10 +61,10 @@ def columns(f: Any, y: np.ndarray) -> list[np.ndarray]:
 
 
 def units(problem: gi.Problem, y: np.ndarray) -> list[Any]:
-    """For each row the norm of its piece."""
+    """For each row the norm of its piece, 1 where that is 0."""
     result: list[Any] = []
     for piece in problem.slices.values():
-        result += [mpmath.norm(list(y[piece]))] * (piece.stop - piece.start)
+        result += [mpmath.norm(list(y[piece])) or mpmath.mpf(1)] * (piece.stop - piece.start)
     return result
 
 
