@@ -19,13 +19,14 @@ STATES = np.random.default_rng(7).uniform(-0.2, 0.2, (21, 4))
 
 LANES = ("rk-4", "dop853", "cf-4", "cg-3", "rkmk-4", "rkmk-cayley-4", "verlet-2", "verlet-6")
 ALONE = ("gauss-2", "gauss-8", "rattle-2", "lobatto-4", "gauss-1-suzuki-4")
-FAST = {  # every kind of method once: others run at night
-    "hamiltonized-n3": ("rk-4", "verlet-2", "rattle-2", "gauss-8"),
-    "ball-3d": ("cf-4", "rkmk-cayley-4"),
+FAST = {  # most kinds of method once: others run at night; on groups see the times of members
+    "hamiltonized-n3": ("rk-4", "rattle-2", "gauss-8"),
+    "neumann-n3": ("verlet-2",),
 }
 SLOW = ("sphere-n3", "ball-poisson", "veselova-n4", "rolling-ball-n3", "neumann-n3", "ball-3d")
 PAIRS = [
     *((scene, name) for scene, names in FAST.items() for name in names),
+    pytest.param("hamiltonized-n3", "verlet-2", marks=pytest.mark.nightly),
     *(
         pytest.param(scene, name, marks=pytest.mark.nightly)
         for scene in SLOW

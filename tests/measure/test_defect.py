@@ -77,9 +77,9 @@ def test_defects_are_summed() -> None:
     ("name", "problem"),
     [
         ("rk-4", "spherical-pendulum"),
-        ("gauss-2", "henon-heiles"),
         ("cf-4", "pulsating-body"),
-        ("rattle-2", "double-pendulum"),
+        pytest.param("gauss-2", "henon-heiles", marks=pytest.mark.nightly),
+        pytest.param("rattle-2", "double-pendulum", marks=pytest.mark.nightly),
     ],
 )
 def test_compiled_is_plain(name: str, problem: str) -> None:

@@ -175,12 +175,7 @@ def test_rows_that_are_not_there() -> None:
     np.testing.assert_array_equal(motion.state, state)
 
 
-@gi.field
-def driven(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0] = gi.cos(t)
-
-
-DRIVEN = gi.Problem("driven", (("y", 1),), field=driven)
+DRIVEN = first("driven", lambda p, t, y: gi.cos(t))
 
 
 @METHODS
@@ -220,20 +215,20 @@ def test_times_that_no_steps_lead_to(method: str) -> None:
             motion.propagate_until(end)
         assert (motion.time, motion.steps) == (options.get("time", 0.0), 0)
         assert motion.h > 0.0
-    motion = gi.Integrator(DRIVEN, [0.0], method, step=1e308)
+    motion = gi.Integrator(DRIVEN, [0.0, 0.0], method, step=1e308)
     with pytest.raises((gi.DomainError, gi.StepError)):
         motion.step(4000)
     assert math.isfinite(motion.time)
     for late in (1e17, -1e300):  # steps of less than a rounding would see a force at one time alone
         end = math.nextafter(late, 0.0)
-        motion = gi.Integrator(DRIVEN, [0.0], method, step=0.1, time=late)
+        motion = gi.Integrator(DRIVEN, [0.0, 0.0], method, step=0.1, time=late)
         said = r"least|step size does not serve"
         for go in (motion.step, lambda end=end, motion=motion: motion.propagate_until(end)):
             with pytest.raises((gi.DomainError, gi.StepError), match=said):
                 go()
             assert (motion.time, motion.steps) == (late, 0)
         with pytest.raises((gi.DomainError, gi.StepError)):
-            gi.solve(DRIVEN, [0.0], t0=late, t_end=end, step=0.1, method=method)
+            gi.solve(DRIVEN, [0.0, 0.0], t0=late, t_end=end, step=0.1, method=method)
         motion.step(0)
 
 
@@ -261,26 +256,26 @@ def test_a_run_may_begin_at_another_time(method: str, begin: float, end: float) 
     """ẏ = cos t, whose solution is sin t: forwards and backwards, states and drifts at their times."""
     times, known = np.linspace(begin, end, 5), gi.observable(lambda p, t, y, w: y[0] - gi.sin(t))
     run = {"t0": begin, "t_end": end, "step": 0.05, "method": method}
-    found = gi.solve(DRIVEN, [math.sin(begin)], **run, t_eval=times, observe={"y": known})
+    found = gi.solve(DRIVEN, [math.sin(begin), 0.0], **run, t_eval=times, observe={"y": known})
     np.testing.assert_array_equal(found.t, times)
     np.testing.assert_allclose(found.y[:, 0], np.sin(times), atol=1e-6)
     assert found.drift["y"].max_abs_error < 1e-6
     assert found.drift["y"].windows.last_time == end
     longer = gi.solve(found, t_end=end + (end - begin))
-    np.testing.assert_allclose(longer.y[-1], np.sin(2 * end - begin), atol=1e-5)
+    np.testing.assert_allclose(longer.y[-1, 0], np.sin(2 * end - begin), atol=1e-5)
 
 
 def test_the_beginning_is_no_time_of_the_run() -> None:
     run = {"step": 0.1, "method": "rk-4"}
     for wrong in ({"t_end": math.inf}, *({"t_end": 9.0, "t_eval": [t]} for t in (4.0, 9.5))):
         with pytest.raises(gi.DomainError):
-            gi.solve(DRIVEN, [0.0], t0=5.0, **run, **wrong)
+            gi.solve(DRIVEN, [0.0, 0.0], t0=5.0, **run, **wrong)
     with pytest.raises(gi.DomainError, match="at a finite distance"):
-        gi.solve(DRIVEN, [0.0], t0=-1.7e308, t_end=1.7e308, **run)
+        gi.solve(DRIVEN, [0.0, 0.0], t0=-1.7e308, t_end=1.7e308, **run)
     for wrong in (math.nan, math.inf, "now", None):
         with pytest.raises(gi.DomainError, match="t0"):
-            gi.solve(DRIVEN, [0.0], t0=wrong, t_end=1.0)
-    first = gi.solve(DRIVEN, [0.0], t_end=1.0, **run)
+            gi.solve(DRIVEN, [0.0, 0.0], t0=wrong, t_end=1.0)
+    first = gi.solve(DRIVEN, [0.0, 0.0], t_end=1.0, **run)
     with pytest.raises(gi.DomainError, match="t0"):
         gi.solve(first, t0=1.0, t_end=2.0)
 

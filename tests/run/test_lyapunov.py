@@ -183,13 +183,13 @@ def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
 @gi.field
 def linear(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0], out[1] = params[0] * y[0] + params[1] * y[1], params[2] * y[0] + params[3] * y[1]
-    for i in range(2, 5):
+    for i in range(2, 10):
         out[i] = params[4] * y[i]
 
 
 def of_rates(*rates: float) -> gi.Problem:
     """Return a linear motion of a plane and of a vector beside it."""
-    pieces = (("q", 1), ("p", 1), ("s", 3))
+    pieces = (("q", 1), ("p", 1), ("s", 8))  # of the size of the chain
     return gi.Problem("linear", pieces, np.array(rates), field=linear, measure=gi.Measure())
 
 
@@ -202,9 +202,9 @@ def of_rates(*rates: float) -> gi.Problem:
 )
 def test_exponents_fall(rates: list[float], sizes: tuple[float, float]) -> None:
     """In whatever order directions are, which are numbers in units of their pieces, of any size."""
-    p, y0 = of_rates(rates[0], 0.0, 0.0, *rates[1:]), (*sizes, 1.0, 0.0, 0.0)
-    found = gi.lyapunov(p, y0, t_end=20.0, **GAUSS, directions=np.eye(5))
-    expected = sorted([*rates, rates[2], rates[2]], reverse=True)
+    p, y0 = of_rates(rates[0], 0.0, 0.0, *rates[1:]), (*sizes, 1.0, *[0.0] * 7)
+    found = gi.lyapunov(p, y0, t_end=20.0, **GAUSS, directions=np.eye(10))
+    expected = sorted([*rates, *[rates[2]] * 7], reverse=True)
     np.testing.assert_allclose(found.exponents, expected, rtol=1e-4)
     np.testing.assert_array_equal(found.running[-1], found.exponents)
     random = gi.lyapunov(p, y0, t_end=20.0, **GAUSS)
@@ -218,7 +218,7 @@ NEWTON = pytest.param(100.0, 0.2, marks=pytest.mark.nightly)  # steps too long f
 def test_errors_cover_rounding(omega: float, step: float) -> None:
     """Growth of exactly nothing: what rounding makes of it has one sign for long."""
     p, run = of_rates(0.0, omega, -omega, 0.0, 0.0), {"method": "gauss-8", "step": step}
-    found = gi.lyapunov(p, [1.0, 0.0, 0.0, 0.0, 0.0], t_end=20_000 * step, **run)
+    found = gi.lyapunov(p, np.eye(10)[0], t_end=20_000 * step, count=5, **run)
     assert (np.abs(found.exponents) < 4.0 * found.errors).all()
     assert (found.errors < 1e-14 / step).all()
     assert found.verdict != "chaotic"
@@ -228,16 +228,16 @@ def test_errors_cover_rounding(omega: float, step: float) -> None:
 @pytest.mark.parametrize("third", [0.0, 1.0])
 def test_units_at_an_equilibrium(ratio: float, third: float) -> None:
     """Where pieces are 0 and stay so, their units are those in which they move each other alike."""
-    p, y0 = of_rates(0.0, ratio, 1.0 / ratio, 0.0, -1.0), [0.0, 0.0, third, 0.0, 0.0]
+    p, y0 = of_rates(0.0, ratio, 1.0 / ratio, 0.0, -1.0), [0.0, 0.0, third, *[0.0] * 7]
     run = {"t_end": 20.0, **GAUSS}
-    directions = np.eye(5)
+    directions = np.eye(10)
     directions[:2, :2] = [[ratio, ratio], [1.0, -1.0]]
     found = gi.lyapunov(p, y0, **run, directions=directions)
-    np.testing.assert_allclose(found.exponents, [1.0, -1.0, -1.0, -1.0, -1.0], rtol=1e-9)
+    np.testing.assert_allclose(found.exponents, [1.0, *[-1.0] * 9], rtol=1e-9)
     random = gi.lyapunov(p, y0, **run)
-    np.testing.assert_allclose(random.exponents.sum(), -3.0, rtol=1e-9)
+    np.testing.assert_allclose(random.exponents.sum(), -8.0, rtol=1e-9)
     drift = gi.solve(p, y0, **run, observe=["measure"]).drift["measure"]
-    np.testing.assert_allclose(drift.final_error, -60.0, rtol=1e-12)
+    np.testing.assert_allclose(drift.final_error, -160.0, rtol=1e-12)
 
 
 def test_at_rest() -> None:
@@ -248,39 +248,36 @@ def test_at_rest() -> None:
     np.testing.assert_allclose(rim.exponents, [1.0, 0.0, 0.0, -1.0], atol=0.1)
     saddle = of_rates(0.0, 1.0, 1.0, 0.0, 0.0)
     for y0 in ([0.0, 1e-30, 1.0], [1e-200, 1e-100, 0.0], [0.0, 0.0, 0.0]):
-        run = gi.solve(saddle, [*y0, 0.0, 0.0], t_end=20.0, **GAUSS, observe=["measure"])
+        run = gi.solve(saddle, [*y0, *[0.0] * 7], t_end=20.0, **GAUSS, observe=["measure"])
         assert run.drift["measure"].within_roundoff
 
 
 @gi.field
 def abrupt(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    out[0], out[1] = 1.0 * y[1], gi.sqrt(abs(y[1])) - 1.0 / y[0]
+    """Has no derivative from t = 1 on, and none at rest; no number at 0, and where there is no run."""
+    rate = gi.sqrt(gi.select(t > 1.0, 0.0 * y[0], 1.0 + 0.0 * y[0]))
+    out[0] = y[1] * rate + 0.0 * gi.sqrt((t + 0.01) * (1.41 - t))
+    out[1] = gi.sqrt(abs(y[1])) - 1.0 / y[0]
+
+
+ABRUPT = gi.Problem("abrupt", (("x", 1), ("v", 1)), field=abrupt)
 
 
 def test_what_no_step_can_do_is_not_the_step_s_fault() -> None:
     """Where there is no derivative, and where the field itself is no number."""
-    problem = gi.Problem("abrupt", (("x", 1), ("v", 1)), field=abrupt)
     for y0, said in (([1.0, 0.0], "derivative cannot"), ([0.0, 1.0], "gives no number at the st")):
         for each in [gi.lyapunov, gi.tangent_flow] + [gi.solve] * (y0[0] == 0.0):
             with pytest.raises(gi.NonFiniteError, match=said):
-                each(problem, y0, t_end=1.0, **RK)
-        motion = gi.Integrator(problem, y0, **RK, tangents=2)
+                each(ABRUPT, y0, t_end=1.0, **RK)
+        motion = gi.Integrator(ABRUPT, y0, **RK, tangents=2)
         with pytest.raises(gi.NonFiniteError, match=said):
             motion.step()
 
 
-@gi.field
-def later(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Has no derivative from t = 1 on, and no number where there is no run."""
-    rate = gi.sqrt(gi.select(t > 1.0, 0.0 * y[0], 1.0 + 0.0 * y[0]))
-    out[0] = rate + 0.0 * gi.sqrt((t + 0.01) * (1.41 - t))
-
-
 def test_what_no_step_can_do_later() -> None:
     """The steps are tried again at their own times."""
-    problem = gi.Problem("later", (("x", 1),), field=later)
     with pytest.raises(gi.NonFiniteError, match="derivative cannot") as caught:
-        gi.lyapunov(problem, [1.0], t_end=1.4, method="rk-4", step=0.1)
+        gi.lyapunov(ABRUPT, [1.0, 1.0], t_end=1.4, method="rk-4", step=0.1)
     assert (pytest.approx(caught.value.t), caught.value.step) == (1.0, 10)
 
 
