@@ -35,7 +35,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take few examples of a property, at night many; keep the ledger of compilations."""
+    """Take few examples of a property, at night many; keep the ledger of compilations.
+
+    Each worker keeps to a core: it starts no second process that compiles for it.
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if worker and hasattr(os, "sched_setaffinity"):
+        cores = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {cores[int(worker[2:]) % len(cores)]})
     config.pluginmanager.register(Ledger(config), "ledger")
     row = "nightly" if at_night(config) else "fast"
     settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", row))

@@ -23,19 +23,22 @@ FORMS = {
     "reduced": BALL.reduced(),
     "hamiltonized": BALL.hamiltonized(),
 }
-# By the exact flow, which shares nothing with paths.
-FIRST = CLASSICAL.state(gamma=[0.36, 0.48, 0.8], p=[0.8, -0.6, 0.0])
-TRUTH = ch.ContactPath(CLASSICAL.exact(FIRST), 1.0)
-STATES = TRUTH.state(TIMES)
+
+
+@pytest.fixture(scope="module")
+def truth() -> ch.ContactPath:
+    """By the exact flow, which shares nothing with paths."""
+    first = CLASSICAL.state(gamma=[0.36, 0.48, 0.8], p=[0.8, -0.6, 0.0])
+    return ch.ContactPath(CLASSICAL.exact(first), 1.0)
 
 
 @pytest.mark.parametrize("name", FORMS)
-def test_every_representation_tells_the_same(name: str) -> None:
+def test_every_representation_tells_the_same(name: str, truth: ch.ContactPath) -> None:
     problem = FORMS[name]
-    states = np.array([ch.converted(y, CONTACT, problem) for y in STATES])
+    states = np.array([ch.converted(y, CONTACT, problem) for y in truth.state(TIMES)])
     path = problem.make_path(TIMES, states)
-    np.testing.assert_allclose(path.attitude, TRUTH.attitude(TIMES), atol=1e-7)
-    np.testing.assert_allclose(path.contact, TRUTH.contact(TIMES), atol=1e-7)
+    np.testing.assert_allclose(path.attitude, truth.attitude(TIMES), atol=1e-7)
+    np.testing.assert_allclose(path.contact, truth.contact(TIMES), atol=1e-7)
     carried = "r" in problem.slices
     assert (path.unit, path.radius) == ("dimensionless" if carried else "radii", 1.0)
     resting = problem.state(gamma=[0.0, 0.0, 1.0], p=[0.0, 0.0, 0.0])
