@@ -222,10 +222,10 @@ def whole_check() -> Found:
 def slips(kind: str, row: str) -> Found:
     """Return the share of faults that the tests did not see, when they were last put in."""
     found = json.loads((ROOT / "benchmarks" / "results" / f"{kind}.json").read_text("utf-8"))
-    some = [r for r in found if r["row"] == row]
-    slipped = [r["name"] for r in some if r["by"] is None]
-    note = f"{len(slipped)} of {len(some)}"
-    return Found(len(slipped) / len(some), note)
+    harmful = [r for r in found if not (r["by"] or "").startswith("harmless")]
+    slipped = [r for r in harmful if r["by"] is None or r["row"] not in ("fast", row)]
+    note = f"{len(slipped)} of {len(harmful)}; {len(found) - len(harmful)} more do no harm"
+    return Found(len(slipped) / len(harmful), note)
 
 
 def inner_modules() -> Found:
