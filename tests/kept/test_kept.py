@@ -22,13 +22,13 @@ PLANTS = {
     "the series of dexp⁻¹": (r"even, 1 / 30240\.0\), (1 / 12\.0)\)", "methods/rkmk-4", None),
     "the exponential of SO(3)": (r"fma\(q, a_odd, (1 / 6\.0)\)", "methods/cf-4", None),
     "half a step of a splitting": (r"half = (0\.5) \* whole\n    first", "methods/verlet-2", None),
-    "sine": (r"rest \+ cube \* (1\.6666\d*e-01)\n", "values/functions", None),
+    "sine": (r"rest \+= cube \* (1\.6666\d*e-01)\n", "values/functions", None),
     "the default step": (r"return (self\.step_fraction) \* char", "along/states rk-4", None),
     "windows of drifts": (r"times\[:used\], (deviations\[:, :used\])\n", "watch/plain rk-4", None),
     "the root of an event": (
         r"theta = (root\(orbit, node, a, b, .*\))\n",
         "along/events rk-4",
-        None,
+        "(1.0 + 2.0**-50) * {}",  # of the root's last bit times lose some
     ),
     "seeds of draws": (
         r"1\), np\.random\.default_rng\((whole\(.*\))\)\n",

@@ -108,7 +108,8 @@ class Reach:
 
         def rank(path: str) -> tuple[bool, bool, bool, float]:
             own = f"{path}/".startswith(f"tests/{job.folder}/")
-            return not own, not runs.get(path), path not in runs, self._seconds.get(path, 0.0)
+            runs_it = path in runs and bool(runs[path] or runs.get(""))  # "": when it is imported
+            return not own, not runs_it, path not in runs, self._seconds.get(path, 0.0)
 
         found = sorted(
             (str(p.relative_to(ROOT)) for p in ROOT.glob("tests/**/test_*.py")), key=rank
@@ -141,7 +142,7 @@ class Copy:
         before, compiled = place.read_bytes(), set(self._cache.glob("geomint/*"))
         place.write_text(job.source, "utf-8")
         try:
-            seen = self._seen(job, tests)
+            seen = self._seen(job, tests) if tests else None
         finally:
             place.write_bytes(before)
             if "kernels" in job.path.parts:  # compiled code that nothing else runs
