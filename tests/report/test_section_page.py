@@ -43,7 +43,9 @@ def test_report(tmp_path: Path) -> None:
     assert len(rows) == 37
     np.testing.assert_array_equal(np.array(rows[1:], float)[:, 3:], section.y)
     page = (tmp_path / "out" / "section.html").read_text("utf-8")
-    for word in ("36 points of 3 motions", "gamma[2] rises through 0", "energy", "gauss-8"):
+    page += (tmp_path / "out" / "section-caption.tex").read_text("utf-8")
+    told = "gauss-8, order 16, step 0.5 in t~", "p)[2], a colour a motion: 36 points of 3 motions"
+    for word in (*told, "gamma[2] rises through 0", "energy"):
         assert word in page
     energies = section.values("energy")
     np.testing.assert_allclose(energies, energies[0], rtol=1e-11)

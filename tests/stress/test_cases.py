@@ -18,18 +18,13 @@ def test_every_case_of_a_package_is_there_and_told_apart():
 
 # Of every axis: cases, runs, dimensions, steps, quick runs, a sum of all values and states.
 CONTENT = {
-    "edge": [56, 88, 184, 56, 1, -57.2297105846],
-    "spread": [70, 60, 230, 70, 1, 309.51785574],
-    "equal": [72, 60, 228, 72, 1, -99.6058137708],
-    "momentum": [88, 56, 264, 88, 2, 4649.93354644],
-    "planes": [100, 68, 312, 100, 2, -145.792581736],
-    "steady": [232, 212, 144, 11600, 3, -19.7413396585],
-    "rotation": [72, 132, 258, 288, 2, 104.070701098],
-    "dimension": [58, 18, 1033, 58, 1, 164.449433891],
-    "step": [232, 320, 0, 2784, 2, 145.707658766],
-    "rest": [90, 90, 0, 4500, 1, 15.3217201819],
-    "zeros": [104, 104, 0, 5200, 2, 2.03384597262],
-}
+    "edge": [56, 88, 184, 56, 1, -57.22971058], "spread": [70, 60, 230, 70, 1, 309.5178557],
+    "equal": [72, 60, 228, 72, 1, -99.60581377], "momentum": [88, 56, 264, 88, 2, 4649.933546],
+    "planes": [100, 68, 312, 100, 2, -145.7925817], "steady": [232, 212, 144, 11600, 3, -19.74133966],
+    "rotation": [72, 132, 258, 288, 2, 104.0707011], "dimension": [58, 18, 1033, 58, 1, 164.4494339],
+    "step": [232, 320, 0, 2784, 2, 145.7076588], "rest": [90, 90, 0, 4500, 1, 15.32172018],
+    "zeros": [104, 104, 0, 5200, 2, 2.033845973],
+}  # fmt: skip
 
 
 def test_every_case_is_built_or_refused():
@@ -64,7 +59,7 @@ def test_every_case_is_built_or_refused():
                 off = [gi.value(problem, f, model.states[name]) for f in problem.constraints]
                 assert all(abs(x) <= 1e-13 for x in off), (case.system, case.value, off)
     for name, found in content.items():
-        assert found == pytest.approx(CONTENT[name], rel=1e-9), name
+        assert found == pytest.approx(CONTENT[name], rel=1e-8), name
 
 
 def test_axes_of_the_issue():
