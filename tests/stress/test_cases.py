@@ -62,13 +62,6 @@ def test_every_case_is_built_or_refused():
         assert found == pytest.approx(CONTENT[name], rel=1e-8), name
 
 
-def test_axes_of_the_issue():
-    assert {case.n for case in CASES if case.axis.name == "dimension"} >= {2, 100}
-    assert max(case.value for case in CASES if case.axis.name == "momentum") >= 1e150
-    systems = {case.system for case in CASES if case.axis.name == "step"}
-    assert {f"scene:{name}" for name in gi.scene_names()} <= systems
-
-
 def test_every_method_is_stressed():
     selection = sweep.Selection(tuple(gi.method_names()), quick=True)
     groups, _ = sweep.items_of(*sweep.selected(selection), True)

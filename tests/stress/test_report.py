@@ -78,8 +78,6 @@ def test_files(stressed):
     assert "22 forbidden verdicts in 30 cells" in text
     assert "http" not in text.replace("http://www.w3.org", "")
     data = json.loads(path.read_text(encoding="utf-8"))
-    assert len(data["cells"]) == 30
-    assert {cell["verdict"] for cell in data["cells"]} == set(VERDICTS)
     assert "References: none." in text
     assert data["references"]["judged"] == 0
     assert data["counts"] == dict.fromkeys(VERDICTS, 2) | {"hung": 18}
