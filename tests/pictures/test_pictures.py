@@ -79,6 +79,8 @@ def test_the_sphere(rolling: gi.Solution) -> None:
     seen = np.where(np.isnan(front), back, front)
     assert np.max(np.hypot(*seen.T)) <= 1.0 + 1e-12
     np.testing.assert_allclose(seen[0], view(rolling.sol(0.0)[3:6])[:2], atol=1e-12)
+    dots = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "."]
+    np.testing.assert_allclose(dots, view.axes[:2].T)  # where the axes leave the sphere
     other = rolling.plot_sphere("k").axes[0]
     assert "k₁" in {t.get_text() for t in other.texts}
 

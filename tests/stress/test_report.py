@@ -127,6 +127,7 @@ def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
         assert box.x1 <= figure.bbox.x1
         assert box.y1 <= figure.bbox.y1
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert max(box.y1 for box in boxes) > figure.bbox.y1 - 5.0
     figures.clear()
     found = cells(*VERDICTS)  # columns and rows, and a better one and a worse one in one place
     stressed([*found, dataclasses.replace(found[1], verdict="ok", error=0.1)])
