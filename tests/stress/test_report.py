@@ -142,7 +142,6 @@ def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
     light, dark = np.array([0.87, 0.93, 0.97]), np.array([0.19, 0.51, 0.74])
     np.testing.assert_allclose(colours["ok"], light + 7.0 / 15.0 * (dark - light))  # 1e-9
     np.testing.assert_allclose(colours["half"], dark)
-    assert not any(colours[symbol].any() for symbol in "×!∞")
     symbols = {text.get_text(): tuple(np.floor(text.get_position())) for text in panel.texts}
     assert symbols == dict(zip("~∘–×!∞", places[1:], strict=True))
 
