@@ -316,19 +316,16 @@ CHANGING = {
 }
 
 
-def of_record(kind: Any) -> bool:
-    return "__dataclass_params__" in vars(kind) if isinstance(kind, type) else False
-
-
 def test_records_do_not_change() -> None:
     """And are compared and shown as the kind that they are of says, which no fields hide."""
     found = set()
     for package in (gi, chaplygin):
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             for kind in vars(importlib.import_module(module.name)).values():
-                if getattr(kind, "__module__", "") == module.name and of_record(kind):
+                own = isinstance(kind, type) and kind.__module__ == module.name
+                if own and "__dataclass_params__" in vars(kind):
                     found |= set() if kind.__dataclass_params__.frozen else {kind.__name__}
-                    plain = [b for b in kind.__mro__[1:-1] if not of_record(b)]
+                    plain = [b for b in kind.__mro__[1:-1] if "__dataclass_params__" not in vars(b)]
                     said = {"__eq__", "__repr__"} & {name for base in plain for name in vars(base)}
                     assert not said & vars(kind).keys(), kind
     assert found == CHANGING
