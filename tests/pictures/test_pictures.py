@@ -86,7 +86,9 @@ def test_the_sphere(rolling: gi.Solution) -> None:
 
 
 def test_the_trace(rolling: gi.Solution) -> None:
-    axes = rolling.plot_trace().axes[0]
+    figure = rolling.plot_trace()
+    assert figure._repr_png_()[1:4] == b"PNG"  # as a notebook shows it
+    (axes,) = figure.axes
     x, y = axes.lines[0].get_data()
     r = rolling.sol(12.0)[rolling.problem.slices["r"]]
     np.testing.assert_allclose([x[-1], y[-1]], r)
