@@ -104,6 +104,13 @@ def test_veselovas_problem_for_every_r(n, kind, seed):
     body = ch.VeselovaLR(inertia, r)
     w = support.allowed_part(g[:r], support.random_triangle(n, seed))
     same_motion([body.lr(), body.stiefel()], {"g": g, "w": w})
+    problem = body.stiefel()
+    y = problem.random_state(seed)
+    X, P = y.reshape(2, r, n)
+    found = {f"pp-{s + 1}-{t + 1}": P[s] @ P[t] for s in range(r) for t in range(s, r) if r > 1}
+    found |= {f"eps-{s + 1}-{t + 1}": X[s] @ P[t] for s in range(r) for t in range(s + 1, r)}
+    for name, product in found.items():
+        assert gi.value(problem, name, y) == pytest.approx(product, abs=1e-12)
 
 
 @given(dimensions, seeds)

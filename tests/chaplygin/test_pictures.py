@@ -35,6 +35,10 @@ def test_the_vertical_stays_within_its_curves(path):
         points = np.array(line.get_data())
         inside = np.hypot(*points)
         assert np.nanmax(inside, initial=0.0) < 1.0 + 1e-12
+    straight, curved = (np.array(line.get_data()) for line in figure.axes[2].lines)
+    ratio = path.exact.frequencies[1] / path.exact.frequencies[0]
+    np.testing.assert_allclose(np.diff(straight[1]), ratio * np.diff(straight[0]), atol=1e-9)
+    assert 0.0 < np.max(np.abs(curved - straight)) < 1.0  # θ and φ are the same after each turn
     (trace,) = next(a for a in figure.axes if a.get_title().startswith("contact point")).lines
     end = 2 * np.pi * TURNS / np.max(np.abs(path.exact.mean_frequencies))
     np.testing.assert_allclose(trace.get_xydata()[-1], path.contact(end) - end * path.drift)
@@ -105,13 +109,16 @@ def test_the_command(tmp_path):
     assert np.all(numbers[:, 1:3] >= ends[:, 0] - 1e-12)
     assert np.all(numbers[:, 1:3] <= ends[:, 1] + 1e-12)
     page = (tmp_path / "exact.html").read_text("utf-8")
-    for word in (
-        scene.title,
-        "hamiltonized-n3",
-        "a = (0.8, 1.1, 1.5)",
-        "quasi-periodic",
-        "What to cite",
-    ):
+    turn, mean = 2.0 * np.pi / np.max(np.abs(exact.frequencies)), exact.mean_frequencies
+    ends = [" … ".join(f"{x:.10g}" for x in oval) for oval in exact.ovals]
+    facts = [
+        f"{exact.condition:.3g}<",
+        f"{exact.longest:.3g}<",
+        f"{turn:.6g}<",
+        f"{abs(mean[1]):.15g}",
+    ]
+    told = f"A unit of τ takes {exact.clock.mean:.6g} of t", "a = (0.8, 1.1, 1.5)", "quasi-periodic"
+    for word in (scene.title, "hamiltonized-n3", *told, "What to cite", *facts, *ends):
         assert word in page
 
 

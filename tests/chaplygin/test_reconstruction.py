@@ -22,6 +22,7 @@ def test_along_the_exact_flow(n):
     path = ch.rolled_path(contact, reduced, t, exact(t), g0 @ upright, np.arange(n - 1.0))
     np.testing.assert_allclose(path.attitude[0], g0 @ upright, atol=1e-15)
     assert path.error < 1e-12
+    assert ch.rolled_path(contact, reduced, t[:120:2], exact(t[:120:2])).error < 4e-14  # order 6
     np.testing.assert_allclose(path.contact[0], np.arange(n - 1.0))
     run = gi.solve(
         contact, contact.canonical(path.states[0]), t_end=t[-1], step=0.01 * turn,

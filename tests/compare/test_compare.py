@@ -238,6 +238,7 @@ def test_an_interrupted_run_is_no_point(model, monkeypatch):
     monkeypatch.setattr("geomint.compare.runs.solve", interrupted)
     result = compare(model, {"tau_end": 1.0}, ["rk-4"], repeats=1)
     assert (result.status, result.points, result.drifts) == ("interrupted", [], [])
+    assert type(result)([], {}).compile_seconds == 0.0  # before anything is compiled
 
 
 def test_a_point_that_would_take_too_long_says_so(model, monkeypatch):

@@ -43,7 +43,7 @@ def frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
             time = float(re.findall(r"[tτ] = (\S+)", words)[-1])
             axes = figure.axes[0]
             lines = [np.array(line.get_data(), float).T for line in axes.lines]
-            found.append((time, words, lines, axes.get_xlim()))
+            found.append((time, words, lines, (*axes.get_xlim(), *axes.get_ylim())))
 
         monkeypatch.setattr(Figure, "savefig", note)
         solution.animate(tmp_path / "a.html", **given)
@@ -100,12 +100,39 @@ def test_frames_are_where_the_ball_is(rolling: gi.Solution, frames: Any) -> None
     times = np.linspace(10.0, 16.0, 41)
     np.testing.assert_allclose([frame[0] for frame in found], times, atol=0.0051)
     assert "t = 16.00 (dimensionless)" in found[-1][1]
-    for t, (_, _, lines, window) in zip(times, found, strict=True):
+    for t, (_, _, lines, _) in zip(times, found, strict=True):
         contact = rolling.sol(t)[rolling.problem.slices["r"]]
         assert ends(lines, [*contact, 0.0])
-        assert window == found[0][3]
-    followed = frames(rolling, span=(10.0, 10.2), fps=10.0, speed=1.0, follow=True)
-    assert len({window for *_, window in followed}) == len(followed) == 3
+
+
+@pytest.mark.parametrize("follow", [False, True])
+def test_what_a_frame_shows(rolling: gi.Solution, frames: Any, follow: bool) -> None:
+    """Circles of the body, before and behind; a grid of radii around all of the trace, or the ball."""
+    found = frames(rolling, span=(10.0, 10.2), fps=10.0, speed=1.0, follow=follow)
+    view, where, angle = gi.View(), rolling.problem.slices, np.linspace(0.0, 2.0 * np.pi, 73)
+    circle = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    trace = rolling.sol(np.linspace(10.0, 10.2, 401))[:, where["r"]]
+    around = 1.6 + 8.0 * follow
+    low, high = np.floor(trace.min(axis=0) - around), np.ceil(trace.max(axis=0) + around)
+    sides = itertools.product((0.0, 2.0), (low[0], high[0]), (low[1], high[1]))
+    corners = view(np.array([(x, y, z) for z, x, y in sides]))
+    for time, (_, _, lines, window) in zip((10.0, 10.1, 10.2), found, strict=True):
+        grid = np.array([line for line in lines[:-8] if len(line) == 2]).reshape(-1, 2)
+        assert len(grid) == 2 * (high - low + 1.0).sum()
+        for end in (np.min, np.max):
+            np.testing.assert_allclose(end(grid, axis=0), end(corners[:4, :2], axis=0))
+        y = rolling.sol(time)
+        middle, g = view(np.array([*y[where["r"]], 1.0]))[:2], y[where["g"]].reshape(3, 3)
+        half = 4.0 * np.array([1.0, 4.4 * 0.84 / (6.4 * 0.96)])
+        limits = [middle - half, middle + half]
+        limits = limits if follow else [np.min(corners, axis=0)[:2], np.max(corners, axis=0)[:2]]
+        np.testing.assert_allclose(window, np.transpose(limits).ravel())
+        np.testing.assert_allclose(lines[-7], middle + circle[:, :2])
+        for number, shift in enumerate((1, 2, 0)):
+            shown = view(np.roll(circle, shift, axis=1) @ g.T)
+            before = shown[:, 2:] >= 0.0
+            for line, there in zip(lines[-6 + 2 * number :][:2], (before, ~before), strict=True):
+                np.testing.assert_allclose(line, np.where(there, middle + shown[:, :2], np.nan))
 
 
 def test_a_film_without_a_speed(rolling: gi.Solution, frames: Any) -> None:
@@ -140,8 +167,13 @@ def test_what_has_no_attitude_is_a_direction(frames: Any) -> None:
     solution = gi.solve(hamiltonized, y0, tau_end=-3.0, **given, clock=False)
     found = frames(solution, fps=2.0, speed=1.0)
     assert "τ = -0.50" in found[1][1]
-    for y, (_, _, lines, _) in zip(solution.y[::5], found, strict=True):
-        assert ends(lines, y[:3])
+    for row, (_, _, lines, window) in zip(range(0, 31, 5), found, strict=True):
+        trail = gi.View()(solution.y[max(0, row - 8) : row + 1, :3])  # a quarter of the frames
+        before = trail[:, 2:] >= 0.0
+        for line, there in zip(lines[-3:], (before, ~before, before | True), strict=True):
+            np.testing.assert_allclose(line, np.where(there, trail[:, :2], np.nan)[-len(line) :])
+        assert ([len(line) for line in lines[-3:]]) == [len(trail), len(trail), 1]
+        assert window == (-1.3, 1.3, -1.25, 1.25)
     assert "t = " in frames(gi.solve(hamiltonized, y0, tau_end=3.0, **given), fps=8.0)[1][1]
     neumann = ch.neumann_problem([1.0, 2.0, 3.5])
     solution = gi.solve(neumann, neumann.random_state(1), t_end=3.0, **given)

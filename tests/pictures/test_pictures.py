@@ -79,12 +79,16 @@ def test_the_sphere(rolling: gi.Solution) -> None:
     seen = np.where(np.isnan(front), back, front)
     assert np.max(np.hypot(*seen.T)) <= 1.0 + 1e-12
     np.testing.assert_allclose(seen[0], view(rolling.sol(0.0)[3:6])[:2], atol=1e-12)
+    dots = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "."]
+    np.testing.assert_allclose(dots, view.axes[:2].T)  # where the axes leave the sphere
     other = rolling.plot_sphere("k").axes[0]
     assert "k₁" in {t.get_text() for t in other.texts}
 
 
 def test_the_trace(rolling: gi.Solution) -> None:
-    axes = rolling.plot_trace().axes[0]
+    figure = rolling.plot_trace()
+    assert figure._repr_png_()[1:4] == b"PNG"  # as a notebook shows it
+    (axes,) = figure.axes
     x, y = axes.lines[0].get_data()
     r = rolling.sol(12.0)[rolling.problem.slices["r"]]
     np.testing.assert_allclose([x[-1], y[-1]], r)

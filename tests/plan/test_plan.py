@@ -71,6 +71,8 @@ def test_nothing_is_done_that_is_not_needed():
     assert plan(scene, "run").clock.chosen
     assert not plan(scene, "drift").clock.chosen
     assert plan(scene.changed(time={"t_end": 2.0}), "drift").clock.chosen
+    asked = scene.changed(events={name: {"what": "gamma[2]"} for name in ("one", "other")})
+    assert (plan(asked).events.chosen, plan(asked).events.value) == (("one", "other"), "one, other")
     for purpose in ("run", "drift"):
         assert plan(scene.changed_observation([]), purpose).watched.value == "nothing"
 

@@ -35,7 +35,11 @@ def test_report(tmp_path: Path) -> None:
     assert record["grown"] == pytest.approx(found.exponents[0] * 400.0)
     assert record["reference"] == pytest.approx(np.log(400.0 / found.unit) / 400.0)
     page = (tmp_path / "out" / "chaos.html").read_text("utf-8")
-    for word in ("Regular", "rk-4", "λ<sub>4</sub>", "sum", "alignment index", "1600 steps"):
+    page += "".join((tmp_path / "out" / f"chaos-{x}.tex").read_text() for x in ("caption", "table"))
+    first, error, total = found.exponents[0], found.errors[0], np.sum(found.exponents)
+    told = f"$\\lambda $1 & {first:.4g} & {error:.2g} \\\\\n", f"\nsum & {total:.2g} & --- "
+    told += ("up to $\\tau $ = 400; dotted", "Method: rk-4, order 4, 1600 steps~")
+    for word in (*told, "Regular", "rk-4", "λ<sub>4</sub>", "sum", "alignment index", "1600 steps"):
         assert word in page
 
 

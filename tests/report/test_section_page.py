@@ -43,7 +43,9 @@ def test_report(tmp_path: Path) -> None:
     assert len(rows) == 37
     np.testing.assert_array_equal(np.array(rows[1:], float)[:, 3:], section.y)
     page = (tmp_path / "out" / "section.html").read_text("utf-8")
-    for word in ("36 points of 3 motions", "gamma[2] rises through 0", "energy", "gauss-8"):
+    page += (tmp_path / "out" / "section-caption.tex").read_text("utf-8")
+    told = "gauss-8, order 16, step 0.5 in t~", "p)[2], a colour a motion: 36 points of 3 motions"
+    for word in (*told, "gamma[2] rises through 0", "energy"):
         assert word in page
     energies = section.values("energy")
     np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
@@ -143,10 +145,13 @@ def test_not_all_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     scene = tmp_path / "s.toml"
     scene.write_text(gi.Scene(**SCENE).toml(), "utf-8")
     given = ["section", str(scene), "--level", "2.0", "--out", str(tmp_path / "o"), "--quiet"]
-    result = CliRunner().invoke(main, [*given, "--paper"])
+    result = CliRunner().invoke(main, [*given, "--paper", "--motions", "1"])
     assert result.exit_code == 2
     assert "not all points" in result.stderr
-    assert "Not all points" in (tmp_path / "o" / "section.html").read_text("utf-8")
+    page = (tmp_path / "o" / "section.html").read_text("utf-8")
+    assert [
+        words for words in ("Not all points", "0 points of one motion") if words not in page
+    ] == []
     assert json.loads((tmp_path / "o" / "section.json").read_text("utf-8"))["points"] == 0
     assert (tmp_path / "o" / "section-paper.tex").exists()
 

@@ -69,7 +69,11 @@ def test_no_plane() -> None:
 def test_boundary_of_henon_and_heiles() -> None:
     """½ p₂² + ½ q₂² − q₂³/3 on q₁ = 0, whose line at energy 1/8 is closed and within the grid."""
     y0 = [0.0, 0.1, np.sqrt(2.0 * (0.125 - 0.005 + 1e-3 / 3.0)), 0.0]
-    found: Any = section_of(CONTROL, "q[0]", 0.0, [y0]).boundary
+    section: Any = section_of(CONTROL, "q[0]", 0.0, [y0])
+    found, (panel,) = section.boundary, section.plot().axes
+    ends = np.array([np.sort(np.roots([-1.0 / 3.0, 0.5, 0.0, -0.125]))[:2], [-0.5, 0.5]])
+    limits = ends + 0.06 * np.diff(ends) * [-1.0, 1.0]
+    np.testing.assert_allclose([panel.get_xlim(), panel.get_ylim()], limits, atol=0.01)
     assert found.energy == pytest.approx(0.125, rel=1e-14)
     q, p = np.meshgrid(found.x, found.y)
     exact = 0.5 * p**2 + 0.5 * q**2 - q**3 / 3.0

@@ -42,6 +42,7 @@ class Following(gi.RungeKutta):
 
 KEEPING = Keeping("rk-4")
 HALF = 0.5 * METHOD.step_fraction
+EPS = np.finfo(float).eps
 
 
 def exact(end):
@@ -73,10 +74,17 @@ def verdict_on(monkeypatch):
 
 def test_good(verdict_on):
     found = verdict_on()
-    assert found["verdict"] == "ok"
-    assert 0.0 < found["error"] < 1e-7
-    assert found["seconds"] > 0.0
-    assert (found["h"], found["steps"]) == (pytest.approx(HALF), 20)
+    told = {"verdict": "ok", "h": pytest.approx(HALF), "steps": 20, "allowed": 32.0 * EPS}
+    error = pytest.approx(HALF**5 / 6.0, rel=0.01)  # of the phase, in 20 steps
+    unsure = {"known": None, "confirmed": None}
+    assert found.pop("seconds") > 0.0
+    assert found.pop("message").endswith(" at 1/2 of the step")
+    assert found == {**told, **unsure, "error": error}
+    adaptive = gi.find_method("dop853-adaptive")
+    found = verdict_on(method=adaptive, fraction=None)
+    off = adaptive.options["rtol"] + adaptive.options["atol"]
+    wanted = off * found["steps"], 2.0 / found["steps"]
+    assert (found["allowed"], found["h"]) == pytest.approx(wanted)
 
 
 def test_round_off_is_ok_without_a_second_run(verdict_on):
@@ -136,15 +144,22 @@ def test_refused(verdict_on):
     assert verdict_on(raises=refuse)["verdict"] == "refused"
 
 
-def test_a_promised_invariant_that_is_lost(verdict_on):
+def test_a_promised_invariant_that_is_lost(verdict_on, monkeypatch):
     def grown(y, t, h):
         return exact(t) * (1.0 + 1e-13 * (t > 0.0))
 
     rough = {"reference": lambda end: KnownEnd({"x": exact(end)}, 1e6)}
     assert verdict_on(grown, **rough)["verdict"] == "ok"
-    found = verdict_on(grown, KEEPING, **rough)
-    assert (found["verdict"], found["quantity"]) == ("wrong", "radius-squared")
-    assert found["error"] > found["allowed"]
+    scale = 2.0 * max(exact(0.3)) * sum(exact(0.3))
+    lost = {"verdict": "wrong", "message": "radius-squared is to be preserved"}
+    lost |= {"quantity": "radius-squared", "error": pytest.approx(2e-13 / scale, rel=0.01)}
+    for defect in (0.0, 1e-14):
+        kept = {"radius-squared": defect}
+        monkeypatch.setattr(judging.Quantities, "preserved", lambda *_, kept=kept: kept)
+        found = verdict_on(grown, KEEPING, **rough)
+        assert found.items() >= {**lost, "steps": 20, "allowed": 32.0 * EPS + defect}.items()
+    long = verdict_on(grown, KEEPING, **rough, steps=200)
+    assert long["allowed"] == pytest.approx(3.0 * 32.0 * EPS + defect)  # times the first one
 
 
 def test_roundings_of_a_fast_motion_are_counted_step_by_step(verdict_on, monkeypatch):

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 import geomint as gi
 from geomint.cli import main
 from geomint.stress import sweep
-from geomint.stress.judge import VERDICTS, Cell
+from geomint.stress.judge import FORBIDDEN, VERDICTS, Cell
 from tests.stress.stress_support import AXES, CASES
 
 FILES = {"stress.html", "stress.json", "stress.png", "stress.svg"}
@@ -55,20 +56,31 @@ def stressed(monkeypatch, tmp_path):
 
 
 def test_files(stressed):
-    result, path, _ = stressed(cells(*VERDICTS, *VERDICTS))
+    verdicts = [*VERDICTS, *VERDICTS, *["hung"] * 16]
+    result, path, _ = stressed(cells(*verdicts))
     assert result.exit_code == 1
     assert "stress.html" in result.stdout.replace("\n", "")
+    off = {"wrong": "nan, allowed 1e-15; <script>"}
+    told = [
+        f"{verdict}: {('rk-4', 'gauss-8', 'cf-4')[k % 3]} on ball/{k % 2}, edge {k // 3}: "
+        f"state off by {off.get(verdict, '1e-09, allowed 1e-15')}"
+        for k, verdict in enumerate(verdicts)
+        if verdict in FORBIDDEN
+    ]
+    head, counts = (line.split() for line in result.stdout.splitlines()[:2])
+    assert (head, counts) == (["axis", *VERDICTS], ["edge", *"222222", "18"])
+    rest = ["References: none.", *told[:20], "… and 2 more: see the report"]
+    assert result.stdout.splitlines()[2:24] == rest
+    assert result.stderr.splitlines()[:22] == told
     text = path.with_name("stress.html").read_text(encoding="utf-8")
     assert "&lt;script&gt;" in text
     assert "<script>" not in text
-    assert "6 forbidden verdicts in 14 cells" in text
+    assert "22 forbidden verdicts in 30 cells" in text
     assert "http" not in text.replace("http://www.w3.org", "")
     data = json.loads(path.read_text(encoding="utf-8"))
-    assert len(data["cells"]) == 14
-    assert {cell["verdict"] for cell in data["cells"]} == set(VERDICTS)
     assert "References: none." in text
     assert data["references"]["judged"] == 0
-    assert data["counts"] == dict.fromkeys(VERDICTS, 2)
+    assert data["counts"] == dict.fromkeys(VERDICTS, 2) | {"hung": 18}
 
 
 @pytest.mark.usefixtures("blank_pictures")
@@ -115,6 +127,23 @@ def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
         assert box.x1 <= figure.bbox.x1
         assert box.y1 <= figure.bbox.y1
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert max(box.y1 for box in boxes) > figure.bbox.y1 - 5.0
+    figures.clear()
+    found = cells(*VERDICTS)  # columns and rows, and a better one and a worse one in one place
+    stressed([*found, dataclasses.replace(found[1], verdict="ok", error=0.1)])
+    (panel,) = figures[0].axes
+    (squares,) = panel.collections
+    corners = [(*path.vertices.min(axis=0), len(path.vertices) - 1) for path in squares.get_paths()]
+    half, places = (0, 2, 3), [(0, 0), (0, 2), (0, 1), (1, 0), (1, 2), (1, 1), (2, 0)]
+    assert corners == [(*place, 4) for place in places[:2]] + [half] + [
+        (*place, 4) for place in places[2:]
+    ]
+    colours = dict(zip(["ok", "~", "half", *"∘–×!∞"], squares.get_facecolors()[:, :3], strict=True))
+    light, dark = np.array([0.87, 0.93, 0.97]), np.array([0.19, 0.51, 0.74])
+    np.testing.assert_allclose(colours["ok"], light + 7.0 / 15.0 * (dark - light))  # 1e-9
+    np.testing.assert_allclose(colours["half"], dark)
+    symbols = {text.get_text(): tuple(np.floor(text.get_position())) for text in panel.texts}
+    assert symbols == dict(zip("~∘–×!∞", places[1:], strict=True))
 
 
 @pytest.mark.usefixtures("blank_pictures")

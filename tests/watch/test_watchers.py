@@ -318,9 +318,14 @@ class Restless(Given):
         return 0.0
 
 
+class Unequal(Given):
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+
 @pytest.mark.parametrize(
     ("watcher", "words"),
     [
+        (Unequal(), "a copy is not equal"),
         (Shared(), "a second run sees something else"),
         (Chunky(), "depends on the chunks"),
         (Restless(), "changes the run"),
