@@ -75,17 +75,36 @@ def test_windows_are_what_they_say_and_do_not_depend_on_cuts(count, cuts):
             assert getattr(drift.windows, name) == pytest.approx(value, abs=1e-9), name
 
 
-# What 2000 samples often leave undetermined; of the others most are right.
-HARD = {"white noise", "quantised noise", "eight frequencies", "exponential", "line and outlier"}
+# Of 12 series of 2000 samples so many have not the class that is right: none has a false one.
+MISSED = {
+    "exponential": 4, "random walk": 5, "random walk and noise": 5, "random walk and oscillation": 4,
+    "eight frequencies": 2, "white noise": 10, "quantised noise": 10, "line and 0.1 random walk": 1,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_classes_are_calibrated(name):
-    """False claims in 5 % at most, and undetermined is not the answer to everything."""
+    """False claims in 5 % at most, and undetermined is not the answer to everything: as counted."""
     said = counted(name, 2_000, range(12), ["walk"])
-    assert said["false"] <= 1, said
+    assert (said["right"], said["false"]) == (12 - MISSED.get(name, 0), 0), said
     assert said["below"] <= 3, said  # more are drawn below
-    assert said["right"] >= (1 if name in HARD else 7), said
+
+
+@pytest.mark.parametrize(
+    ("name", "bound", "stderr", "jump"),
+    [
+        ("three frequencies", 0.1032608211, 0.0005238563024, 0.0),
+        ("jump and oscillation", 0.1413370513, 0.0005365963877, 3.048708394),
+        ("random walk and oscillation", 8.417462729, 0.02753285206, 0.0),
+        ("line and 0.1 random walk", 4.902772743, 0.004271508625, 0.0),
+        ("line and 0.5 noise", 2.933925539, 0.004984607134, 0.0),
+    ],
+)
+def test_numbers_of_series_are_those_that_they_have_been(name, bound, stderr, jump):
+    """Sums over four series: what changes one of them is a change of what is published."""
+    drifts = [BENCHMARK.drawn(FAMILIES[name], 300, "large", seed)[0] for seed in range(4)]
+    found = [(d.trend_bound, d.slope_stderr, d.jump_size or 0.0) for d in drifts]
+    assert 1e6 * np.sum(found, axis=0) == pytest.approx([bound, stderr, jump], rel=1e-6)
 
 
 @pytest.mark.nightly
