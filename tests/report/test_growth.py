@@ -195,6 +195,21 @@ def test_jumps_have_their_name_size_and_time():
     outlier = np.zeros(SAMPLES)
     outlier[7000] = 1.0
     assert drift_of(outlier).jump_size is None
+    steps = [0.3 * (at < T) for at in (0.2, 0.4, 0.6, 0.8)]
+    assert drift_of(sum(steps[:3])).jump_size == pytest.approx(0.3, rel=1e-3)
+    assert drift_of(sum(steps)).jump_size is None  # four are no longer jumps
+    # A first step is one if all else is within a quarter of it.
+    assert [kind_of(1.0 + a * sine(80.3)) for a in (0.245, 0.255)] == ["jump", "bounded"]
+
+
+def test_a_jump_in_noise_is_the_step_that_fits_best():
+    """Its size is no better known than the noise allows: that is in the error of the rise."""
+    rng = np.random.default_rng(3)
+    known = (0.2, 1.00197285121, 0.0738425812546), (0.5, 0.978750445836, 0.171798732528)
+    for noise, size, error in known:
+        hidden = drift_of(np.where(T[::20] > 0.4, 1.0, 0.0) + noise * rng.normal(size=1000))
+        found = hidden.jump_size, 1e3 * hidden.slope_stderr
+        assert found == pytest.approx((size, error), rel=1e-6)
 
 
 def test_a_jump_within_round_off():
