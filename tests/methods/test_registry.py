@@ -38,6 +38,20 @@ def test_names_lead_back_to_what_a_method_states(name: str) -> None:
     assert method.symmetric is method.symplectic
 
 
+# Default steps, as parts of the characteristic time: published results were made with them.
+STEPS = {
+    "cf-1": 0.005, "rkmk-heun-2": 0.01, "bogacki-shampine-3-adaptive": 0.02, "cg-4": 0.03,
+    "dormand-prince-5": 0.05, "rkmk-cayley-dop853": 0.1, "verlet-2": 0.02, "rattle-2": 0.02,
+    "verlet-4": 0.05, "rattle-6": 0.13, "verlet-8": 0.21, "rattle-10": 0.25, "gauss-1": 0.02,
+    "gauss-2": 0.033, "gauss-3": 0.05445, "gauss-8": 0.6, "lobatto-3": 0.033, "lobatto-8": 0.15,
+}  # fmt: skip
+
+
+def test_default_steps_are_what_they_have_been() -> None:
+    found = {name: gi.find_method(name).step_fraction for name in STEPS}
+    assert found == pytest.approx(STEPS, rel=1e-14)
+
+
 def test_all_tableaux_have_methods() -> None:
     """A new literal in a registry of tableaux is a new method; one that estimates an adaptive one."""
     expected = {*RUNGE_KUTTA, *COMMUTATOR_FREE}

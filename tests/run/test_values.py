@@ -79,3 +79,4 @@ def test_what_a_method_does_not_say_is_named() -> None:
     for use in (gi.find_method, gi.Adaptive, lambda method: gi.Compose(method, 4)):
         with pytest.raises(gi.MethodError, match="Silent does not say its name, order, needs"):
             use(Silent())  # type: ignore[operator]
+    assert (repr(Silent()), Silent().options) == ("Silent()", {})
