@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import pytest
 
+import chaplygin as ch
 import geomint as gi
 from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA, Tableau
 
@@ -63,6 +64,23 @@ def test_what_is_written_differently_is_the_same() -> None:
     one, other = (gi.Adaptive(gi.RungeKutta("dop853"), atol=zero) for zero in (0.0, -0.0))
     assert one == other
     assert repr(one) == repr(other)
+
+
+CHANGED = {"Ensemble", "Section", "Solution", "SeveralRuns", "Watcher"}  # while they are made
+DATACLASSES = {
+    name: kind
+    for package in (gi, ch)
+    for name, kind in vars(package).items()
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind)
+}
+
+
+def test_what_is_returned_is_not_changed_and_shows_itself() -> None:
+    """Attributes cannot be set; no list of all fields hides what a value says of itself."""
+    assert {n for n, k in DATACLASSES.items() if not k.__dataclass_params__.frozen} == CHANGED
+    for kind in DATACLASSES.values():
+        own = issubclass(kind, gi.Method) or hasattr(kind, "_shown")
+        assert ("__repr__" in vars(kind)) != own, kind
 
 
 # --- methods of one's own -------------------------------------------------------------------------
