@@ -38,18 +38,30 @@ def test_names_lead_back_to_what_a_method_states(name: str) -> None:
     assert method.symmetric is method.symplectic
 
 
-# Default steps, as parts of the characteristic time: published results were made with them.
-STEPS = {
-    "cf-1": 0.005, "rkmk-heun-2": 0.01, "bogacki-shampine-3-adaptive": 0.02, "cg-4": 0.03,
-    "dormand-prince-5": 0.05, "rkmk-cayley-dop853": 0.1, "verlet-2": 0.02, "rattle-2": 0.02,
-    "verlet-4": 0.05, "rattle-6": 0.13, "verlet-8": 0.21, "rattle-10": 0.25, "gauss-1": 0.02,
-    "gauss-2": 0.033, "gauss-3": 0.05445, "gauss-8": 0.6, "lobatto-3": 0.033, "lobatto-8": 0.15,
+# The default step as a part of the characteristic time, evaluations of a step, the family.
+FACTS = {
+    "cf-1": (0.005, 1, "commutator-free"), "cg-4": (0.03, 5, "Crouch–Grossman"),
+    "rkmk-heun-2": (0.01, 2, "Runge–Kutta–Munthe-Kaas, exponential coordinates"),
+    "rkmk-cayley-dop853": (0.1, 12, "Runge–Kutta–Munthe-Kaas, Cayley coordinates"),
+    "bogacki-shampine-3-adaptive": (0.02, 4, "explicit Runge–Kutta"),
+    "dormand-prince-5": (0.05, 6, "explicit Runge–Kutta"),
+    "verlet-2": (0.02, 3, "Störmer–Verlet splitting"), "rattle-2": (0.02, 2, "RATTLE"),
+    "verlet-8": (0.21, 3, "Störmer–Verlet splitting"), "rattle-6": (0.13, 2, "RATTLE"),
+    "verlet-4": (0.05, 3, "Störmer–Verlet splitting"), "rattle-10": (0.25, 2, "RATTLE"),
+    "gauss-1": (0.02, 1, "Gauss collocation"), "gauss-2": (0.033, 2, "Gauss collocation"),
+    "gauss-8": (0.6, 8, "Gauss collocation"), "lobatto-3": (0.033, 3, "Lobatto IIIA–IIIB"),
+    "lobatto-8": (0.15, 8, "Lobatto IIIA–IIIB"),
 }  # fmt: skip
 
 
-def test_default_steps_are_what_they_have_been() -> None:
-    found = {name: gi.find_method(name).step_fraction for name in STEPS}
-    assert found == pytest.approx(STEPS, rel=1e-14)
+@pytest.mark.parametrize("name", FACTS)
+def test_what_plans_and_lists_take_from_a_method(name: str) -> None:
+    """Default steps are those that published results were made with."""
+    method, (fraction, evaluations, family) = gi.find_method(name), FACTS[name]
+    problem, y0 = next((p, y) for p, y in examples() if method.needs in p.forms)
+    motion = gi.Integrator(problem, y0, method, step=0.1, compiled=False)
+    assert (motion.stepper.evaluations, method.family) == (evaluations, family)
+    assert method.step_fraction == pytest.approx(fraction, rel=1e-14)
 
 
 def test_all_tableaux_have_methods() -> None:
