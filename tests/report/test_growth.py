@@ -315,6 +315,8 @@ def test_backwards_and_stretched():
     assert twice.slope_stderr == pytest.approx(0.5 * forward.slope_stderr)
     assert (twice.drift_class, twice.trend_bound) == (forward.drift_class, forward.trend_bound)
     assert twice.windows.last_time == 2.0 * SAMPLES
+    rates = np.array([[2.0], [1.0], [1.0]])
+    np.testing.assert_array_equal(twice.windows.closed.T, (rates * forward.windows.closed).T)
 
 
 def test_times_need_not_be_even():
