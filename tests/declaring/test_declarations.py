@@ -445,6 +445,9 @@ def test_values_and_derivatives() -> None:
         for y in (np.ones(1), np.ones(3), np.ones((2, 1))):
             with pytest.raises(gi.DomainError, match="a state of 2 numbers"):
                 evaluate(y)
+    for t in ("late", None, [1.0, 2.0]):
+        with pytest.raises(gi.DomainError, match="t = "):
+            gi.value(fielded(), "energy", Y2, t)
 
 
 def test_derivatives_are_those_of_their_state() -> None:
