@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from tests.problems import abc_flow, double_pendulum
+from tests.problems import abc_flow, double_pendulum, examples
 from tests.run.motions import APOCENTRE, KEPLER, REGULAR, TRAPS, promised, turned
 
 DOUBTED = 36.0  # times what is promised: two measurements, each to a factor of some
@@ -244,3 +244,30 @@ def test_a_default_step_that_fails_is_halved() -> None:
     np.testing.assert_allclose(gi.tangent_flow(p, y0, t_end=5.0, method=method).y, end, atol=1e-6)
     found = gi.sensitivities(p, y0, t_end=5.0, method=method)
     np.testing.assert_allclose(found.y, end, atol=1e-6)
+
+
+# Forwards from time 0, and backwards from 0.7: published results were made with these.
+TIMES = {
+    "seasonal-lotka-volterra": (0.714285714286, 1.00194694492),
+    "pulsating-body": (1.05048322691, 0.52027955484), "so-4-flow": (1.29126378986, 1.5303498758),
+    "so-3-flow": (0.901542856729, 1.01052916484), "abc-flow": (1.13202151578, 1.36588015867),
+    "frame-in-field": (0.848113275299, 0.934720388964),
+    "sphere-metric-3": (0.627998288462, 0.608502435256), "neumann-3": (0.973514880363,) * 2,
+    "henon-heiles": (0.666666666667,) * 2, "spherical-pendulum": (0.882125302527,) * 2,
+    "double-spherical-pendulum": (1.21964997923,) * 2, "schwarzschild": (19.5288210797,) * 2,
+    "outer-solar-system-6": (1028.11266547,) * 2, "spring-pendulum": (0.0099999999999,) * 2,
+    "fast-rotor": (0.00909090909091,) * 2, "fast-top": (0.0208333333333,) * 2,
+    "toda-3": (0.511556174127,) * 2, "morse": (0.483336605316,) * 2,
+}  # fmt: skip
+
+
+def test_characteristic_times_are_those_that_they_have_been() -> None:
+    found = {}
+    for problem, y0 in examples():
+        methods = map(gi.find_method, ("rk-4", "cf-4", "verlet-2", "rattle-2"))
+        method = next(m for m in methods if m.needs in problem.forms)
+        steps = [method.default_step(problem, y0, *a) for a in ((math.inf, 0.0), (-3.0, 0.7))]
+        found[problem.name] = tuple(np.array(steps) / method.step_fraction)
+    assert found.keys() == TIMES.keys()
+    for name, times in TIMES.items():
+        assert found[name] == pytest.approx(times, rel=1e-7), name
