@@ -459,12 +459,14 @@ def test_derivatives_are_those_of_their_state() -> None:
     np.testing.assert_array_equal(gi.derivative(fresh, z), [-0.2, -0.3])
 
     def forced(params, t, y, out, work):
-        out[0] = y[1] + t
+        out[0] = y[1] * (1.0 + t)
         out[1] = -y[0]
 
     timed = fielded(forced)
     assert gi.derivative(timed, y)[0] == 0.5
-    assert gi.derivative(timed, y, 2.0)[0] == 2.5
+    assert gi.derivative(timed, y, 2.0)[0] == 1.5
+    slopes = [gi.jacobian(timed, y, *t)[0, 1] for t in ((), (2.0,))]
+    assert slopes == pytest.approx([1.0, 3.0])
     other = dataclasses.replace(timed, params=[2.0], field=gi.field(oscillator))
     np.testing.assert_array_equal(gi.derivative(other, y), [0.5, -2.0])
 
