@@ -338,6 +338,7 @@ NO_FIELDS = [
     *(("pieces", x) for x in ((("y", 1), ("y", 1)), ((0, 1), (1, 1)), (("y", 2.0),), ("y", 2), 2)),
     *(("params", x) for x in ([[1.0], [2.0]], ["one"], [1j])),
     *(("name", 3), ("clock", rate), ("physical", 3), ("parameters", 3)),
+    *(("units", 3), ("space", 3), ("constraints", 3), ("work", 1 << 40)),
     *(("observables", {x: gi.observable(energy)}) for x in ("energy", "all")),
     ("observables", [gi.observable(energy)]),
     ("constraints", {1: gi.observable(energy)}),
@@ -348,7 +349,11 @@ NO_FIELDS = [
     ),
     ("splitting", gi.observable(kick_and_drift)),
 ]
-NO_GROUPS = {"act": shift, "algebra_rows": 0, "layout": [math.nan], "inline": "yes"}
+WORK = ("rows", "work")
+NO_GROUPS = {
+    "act": shift, "algebra_rows": 0, "layout": [math.nan], "inline": "yes", "name": 3, "work": -1,
+    "bracket": commute, "cayley": shift, "extent": reach, "rows": -1,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -371,8 +376,13 @@ NO_GROUPS = {"act": shift, "algebra_rows": 0, "layout": [math.nan], "inline": "y
         (lambda: dataclasses.replace(swinging(), pieces=(("q", 2), ("p", 1))), "pieces"),
         (lambda: gi.GroupAction(RECORDED, "SO(3)"), "group"),
         (lambda: gi.GroupAction(turning, gi.so3(1)), "generator"),
-        (lambda: gi.so3(1.5), "vectors"),
-        (lambda: gi.so_n(3.0), "n"),
+        *((lambda x=x: gi.so3(x), "vectors") for x in (1.5, 0)),
+        *((lambda x=x: gi.so_n(x), "n") for x in (3.0, 1)),
+        (lambda: gi.translations(0), "m"),
+        (lambda: gi.Measure(RECORDED, RECORDED, -1), "conditions"),
+        (lambda: gi.SymplecticForm(nothing), "form"),
+        (lambda: gi.SymplecticForm(RECORDED, constant=1), "constant"),
+        *((lambda n=n: gi.pointwise(RECORDED, [], [[1.0]], **{"rows": 1, n: -1}), n) for n in WORK),
         *(
             (lambda name=name, x=x: dataclasses.replace(GROUP, **{name: x}), name)
             for name, x in NO_GROUPS.items()
@@ -435,6 +445,9 @@ def test_values_and_derivatives() -> None:
         for y in (np.ones(1), np.ones(3), np.ones((2, 1))):
             with pytest.raises(gi.DomainError, match="a state of 2 numbers"):
                 evaluate(y)
+    for t in ("late", None, [1.0, 2.0]):
+        with pytest.raises(gi.DomainError, match="t = "):
+            gi.value(fielded(), "energy", Y2, t)
 
 
 def test_derivatives_are_those_of_their_state() -> None:
@@ -446,12 +459,14 @@ def test_derivatives_are_those_of_their_state() -> None:
     np.testing.assert_array_equal(gi.derivative(fresh, z), [-0.2, -0.3])
 
     def forced(params, t, y, out, work):
-        out[0] = y[1] + t
+        out[0] = y[1] * (1.0 + t)
         out[1] = -y[0]
 
     timed = fielded(forced)
     assert gi.derivative(timed, y)[0] == 0.5
-    assert gi.derivative(timed, y, 2.0)[0] == 2.5
+    assert gi.derivative(timed, y, 2.0)[0] == 1.5
+    slopes = [gi.jacobian(timed, y, *t)[0, 1] for t in ((), (2.0,))]
+    assert slopes == pytest.approx([1.0, 3.0])
     other = dataclasses.replace(timed, params=[2.0], field=gi.field(oscillator))
     np.testing.assert_array_equal(gi.derivative(other, y), [0.5, -2.0])
 

@@ -44,6 +44,9 @@ def test_texts_are_short_and_tables_say_as_much(values):
         assert len(lines) <= 16
         assert max(map(len, lines)) <= 80
         cells = Cells(value._repr_html_()).cells
+        more = len(cells[1::2]) - 8
+        assert lines[-1].endswith("more>" if more > 0 else ">")
+        assert (f"; and {more} more>" in " ".join(map(str.strip, lines))) == (more > 0)
         assert len(cells) >= 7
         assert all(cells)
 

@@ -125,6 +125,26 @@ def two_sizes(params, t, y, out, work):
 SIZES = gi.Problem("sizes", (("x", 2), ("z", 1)), field=two_sizes)
 
 
+def first_step(y: np.ndarray, end: float, p: int, rtol: float, atol: float) -> float:
+    """By Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, page 169."""
+    sizes = np.array([*[np.abs(y[:2]).max()] * 2, abs(y[2])])
+    scale, f = atol + rtol * sizes, gi.derivative(SIZES, y, 0.0)
+    d0, d1 = np.abs(y / scale).max(), np.abs(f / scale).max()
+    h0 = min(0.01 * d0 / d1 if d0 >= 1e-5 and d1 >= 1e-5 else 1e-6, abs(end)) * np.sign(end)
+    d2 = np.abs((gi.derivative(SIZES, y + h0 * f, h0) - f) / scale).max() / abs(h0)
+    return min(100.0 * abs(h0), (0.01 / max(d1, d2)) ** (1.0 / (p + 1.0)), abs(end))
+
+
+@pytest.mark.parametrize("end", [7.0, -7.0, 1e-5])
+@pytest.mark.parametrize(("rtol", "atol"), [(1e-5, 1e-3), (2e-9, 0.0), (1e-3, 1e9)])
+def test_the_first_step_is_that_of_the_textbook(rtol: float, atol: float, end: float) -> None:
+    for y in (np.array([0.3, -2.0, 1e3]), np.array([-1e-3, 0.0, -5.0])):
+        for name in ("bogacki-shampine-3-adaptive", "dop853-adaptive"):
+            method = gi.find_method(name).with_options(rtol=rtol, atol=atol)
+            known = first_step(y, end, method.order, rtol, atol)
+            assert method.default_step(SIZES, y, end) == pytest.approx(known, rel=1e-12)
+
+
 @pytest.mark.nojit
 @pytest.mark.parametrize("name", OF_FIELDS)
 @pytest.mark.parametrize(("rtol", "atol"), [(1e-5, 1e-3), (2e-5, 0.0)])

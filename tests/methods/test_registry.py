@@ -38,6 +38,32 @@ def test_names_lead_back_to_what_a_method_states(name: str) -> None:
     assert method.symmetric is method.symplectic
 
 
+# The default step as a part of the characteristic time, evaluations of a step, the family.
+FACTS = {
+    "cf-1": (0.005, 1, "commutator-free"), "cg-4": (0.03, 5, "Crouch–Grossman"),
+    "rkmk-heun-2": (0.01, 2, "Runge–Kutta–Munthe-Kaas, exponential coordinates"),
+    "rkmk-cayley-dop853": (0.1, 12, "Runge–Kutta–Munthe-Kaas, Cayley coordinates"),
+    "bogacki-shampine-3-adaptive": (0.02, 4, "explicit Runge–Kutta"),
+    "dormand-prince-5": (0.05, 6, "explicit Runge–Kutta"),
+    "verlet-2": (0.02, 3, "Störmer–Verlet splitting"), "rattle-2": (0.02, 2, "RATTLE"),
+    "verlet-8": (0.21, 3, "Störmer–Verlet splitting"), "rattle-6": (0.13, 2, "RATTLE"),
+    "verlet-4": (0.05, 3, "Störmer–Verlet splitting"), "rattle-10": (0.25, 2, "RATTLE"),
+    "gauss-1": (0.02, 1, "Gauss collocation"), "gauss-2": (0.033, 2, "Gauss collocation"),
+    "gauss-8": (0.6, 8, "Gauss collocation"), "lobatto-3": (0.033, 3, "Lobatto IIIA–IIIB"),
+    "lobatto-8": (0.15, 8, "Lobatto IIIA–IIIB"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FACTS)
+def test_what_plans_and_lists_take_from_a_method(name: str) -> None:
+    """Default steps are those that published results were made with."""
+    method, (fraction, evaluations, family) = gi.find_method(name), FACTS[name]
+    problem, y0 = next((p, y) for p, y in examples() if method.needs in p.forms)
+    motion = gi.Integrator(problem, y0, method, step=0.1, compiled=False)
+    assert (motion.stepper.evaluations, method.family) == (evaluations, family)
+    assert method.step_fraction == pytest.approx(fraction, rel=1e-14)
+
+
 def test_all_tableaux_have_methods() -> None:
     """A new literal in a registry of tableaux is a new method; one that estimates an adaptive one."""
     expected = {*RUNGE_KUTTA, *COMMUTATOR_FREE}

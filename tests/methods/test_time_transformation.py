@@ -79,6 +79,19 @@ each_clock = pytest.mark.parametrize(
 )
 
 
+def test_the_speed_is_weighed_by_pieces() -> None:
+    """σ = (ε + Σ w |ẏ|²)^(−5/16), 1 where the motion began, by an independent formula."""
+    y, other = np.array([50.0, 20.0]), np.array([-30.0, 2.0])
+    problem = gi.time_transformed(PENDULUM, y0=y)
+    parts = [np.array([x[1], np.sin(x[0])]) / y for x in (y, other)]
+    for at, share in ((y, 1.0), (other, (parts[1] @ parts[1]) / (parts[0] @ parts[0]))):
+        found = gi.value(problem, problem.clock, at)
+        known = (2.0**-40 + (1.0 - 2.0**-40) * share) ** (-5.0 / 16.0)
+        assert found == pytest.approx(known, rel=1e-14)
+    rest = gi.time_transformed(PENDULUM, y0=[0.0, 0.0])
+    assert gi.value(rest, rest.clock, [0.0, 0.0]) == 1.0
+
+
 @each_clock
 def test_the_motion_is_the_same(clock: str, step: float) -> None:
     sol = gi.solve(uneven(SHARP, clock), state(SHARP), t_end=END, method=GAUSS, step=step)

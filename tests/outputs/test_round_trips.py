@@ -94,7 +94,10 @@ def test_every_problem_of_every_scene_by_every_method(name, tmp_path):
 
 @pytest.mark.parametrize(
     ("time", "changes"),
-    [("t", {"save_every": 1, "observe": ["energy"]}), ("t", {}), ("tau", {"clock": False})],
+    [
+        *(("t", {"save_every": 1, "observe": ["energy"]}), ("t", {}), ("tau", {"clock": False})),
+        ("t", {"events": {"never": gi.Event("gamma[0]", level=0.999)}}),
+    ],
 )
 def test_short_runs(time, changes, tmp_path):
     """Of one step, with nothing watched, or less than a window of it; and without physical time."""

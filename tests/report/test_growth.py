@@ -75,17 +75,36 @@ def test_windows_are_what_they_say_and_do_not_depend_on_cuts(count, cuts):
             assert getattr(drift.windows, name) == pytest.approx(value, abs=1e-9), name
 
 
-# What 2000 samples often leave undetermined; of the others most are right.
-HARD = {"white noise", "quantised noise", "eight frequencies", "exponential", "line and outlier"}
+# Of 12 series of 2000 samples so many have not the class that is right: none has a false one.
+MISSED = {
+    "exponential": 4, "random walk": 5, "random walk and noise": 5, "random walk and oscillation": 4,
+    "eight frequencies": 2, "white noise": 10, "quantised noise": 10, "line and 0.1 random walk": 1,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_classes_are_calibrated(name):
-    """False claims in 5 % at most, and undetermined is not the answer to everything."""
+    """False claims in 5 % at most, and undetermined is not the answer to everything: as counted."""
     said = counted(name, 2_000, range(12), ["walk"])
-    assert said["false"] <= 1, said
+    assert (said["right"], said["false"]) == (12 - MISSED.get(name, 0), 0), said
     assert said["below"] <= 3, said  # more are drawn below
-    assert said["right"] >= (1 if name in HARD else 7), said
+
+
+@pytest.mark.parametrize(
+    ("name", "bound", "stderr", "jump"),
+    [
+        ("three frequencies", 0.1032608211, 0.0005238563024, 0.0),
+        ("jump and oscillation", 0.1413370513, 0.0005365963877, 3.048708394),
+        ("random walk and oscillation", 8.417462729, 0.02753285206, 0.0),
+        ("line and 0.1 random walk", 4.902772743, 0.004271508625, 0.0),
+        ("line and 0.5 noise", 2.933925539, 0.004984607134, 0.0),
+    ],
+)
+def test_numbers_of_series_are_those_that_they_have_been(name, bound, stderr, jump):
+    """Sums over four series: what changes one of them is a change of what is published."""
+    drifts = [BENCHMARK.drawn(FAMILIES[name], 300, "large", seed)[0] for seed in range(4)]
+    found = [(d.trend_bound, d.slope_stderr, d.jump_size or 0.0) for d in drifts]
+    assert 1e6 * np.sum(found, axis=0) == pytest.approx([bound, stderr, jump], rel=1e-6)
 
 
 @pytest.mark.nightly
@@ -176,6 +195,21 @@ def test_jumps_have_their_name_size_and_time():
     outlier = np.zeros(SAMPLES)
     outlier[7000] = 1.0
     assert drift_of(outlier).jump_size is None
+    steps = [0.3 * (at < T) for at in (0.2, 0.4, 0.6, 0.8)]
+    assert drift_of(sum(steps[:3])).jump_size == pytest.approx(0.3, rel=1e-3)
+    assert drift_of(sum(steps)).jump_size is None  # four are no longer jumps
+    # A first step is one if all else is within a quarter of it.
+    assert [kind_of(1.0 + a * sine(80.3)) for a in (0.245, 0.255)] == ["jump", "bounded"]
+
+
+def test_a_jump_in_noise_is_the_step_that_fits_best():
+    """Its size is no better known than the noise allows: that is in the error of the rise."""
+    rng = np.random.default_rng(3)
+    known = (0.2, 1.00197285121, 0.0738425812546), (0.5, 0.978750445836, 0.171798732528)
+    for noise, size, error in known:
+        hidden = drift_of(np.where(T[::20] > 0.4, 1.0, 0.0) + noise * rng.normal(size=1000))
+        found = hidden.jump_size, 1e3 * hidden.slope_stderr
+        assert found == pytest.approx((size, error), rel=1e-6)
 
 
 def test_a_jump_within_round_off():
@@ -281,6 +315,8 @@ def test_backwards_and_stretched():
     assert twice.slope_stderr == pytest.approx(0.5 * forward.slope_stderr)
     assert (twice.drift_class, twice.trend_bound) == (forward.drift_class, forward.trend_bound)
     assert twice.windows.last_time == 2.0 * SAMPLES
+    rates = np.array([[2.0], [1.0], [1.0]])
+    np.testing.assert_array_equal(twice.windows.closed.T, (rates * forward.windows.closed).T)
 
 
 def test_times_need_not_be_even():

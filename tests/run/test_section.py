@@ -153,6 +153,7 @@ def test_wrong_input() -> None:
         ("event", gi.Event("norm", level=1.0), "is conserved"),
         ("event", gi.Event("gamma[0]", terminal=True), "how many points"),
         *(("points", 0, "points"), ("end", math.nan, "end"), ("states", [[1.0, 2.0]], "state")),
+        *(("states", 5.0, "state"), ("states", object(), "state")),
         *(("step", -1.0, "step"), ("clock", True, "is physical")),
     ):
         with pytest.raises(gi.DomainError, match=said):

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import pytest
 
+import chaplygin as ch
 import geomint as gi
 from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA, Tableau
 
@@ -65,6 +66,23 @@ def test_what_is_written_differently_is_the_same() -> None:
     assert repr(one) == repr(other)
 
 
+CHANGED = {"Ensemble", "Section", "Solution", "SeveralRuns", "Watcher"}  # while they are made
+DATACLASSES = {
+    name: kind
+    for package in (gi, ch)
+    for name, kind in vars(package).items()
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind)
+}
+
+
+def test_what_is_returned_is_not_changed_and_shows_itself() -> None:
+    """Attributes cannot be set; no list of all fields hides what a value says of itself."""
+    assert {n for n, k in DATACLASSES.items() if not k.__dataclass_params__.frozen} == CHANGED
+    for kind in DATACLASSES.values():
+        own = issubclass(kind, gi.Method) or hasattr(kind, "_shown")
+        assert ("__repr__" in vars(kind)) != own, kind
+
+
 # --- methods of one's own -------------------------------------------------------------------------
 
 
@@ -79,3 +97,4 @@ def test_what_a_method_does_not_say_is_named() -> None:
     for use in (gi.find_method, gi.Adaptive, lambda method: gi.Compose(method, 4)):
         with pytest.raises(gi.MethodError, match="Silent does not say its name, order, needs"):
             use(Silent())  # type: ignore[operator]
+    assert (repr(Silent()), Silent().options) == ("Silent()", {})

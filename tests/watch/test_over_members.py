@@ -80,6 +80,35 @@ def test_classes(kind: str, known: str, seeds: int) -> None:
     assert sum(c not in (known, "undetermined") for c in few) <= seeds / 12
 
 
+def test_numbers_are_those_that_they_have_been() -> None:
+    """What changes one of them is a change of what is published."""
+    for kind, known in (
+        ("walk", [0.534979234207, 0.0504645414364, 0.431767658185, 0.63819081023, 25.4355577515]),
+        ("biased", [0.998883700096, 0.00343432113006, 0.99185972472, 1.00590767547, 1569.64898907]),
+    ):
+        one = growth_over_members(drawn(kind, 1, 30), EDGES)
+        found = [one.exponent, one.stderr, one.low, one.high, one.size]
+        assert found == pytest.approx(known, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "known"),
+    [
+        (-9.0, 0.24, "bounded"), (-0.1, 0.26, "undetermined"), (0.26, 0.74, "sqrt"),
+        (0.24, 0.5, "undetermined"), (0.26, 0.76, "undetermined"), (0.76, 1.24, "linear"),
+        (0.74, 1.0, "undetermined"), (0.76, 1.26, "undetermined"), (1.26, 9.0, "faster"),
+        (1.24, 9.0, "undetermined"),
+    ],
+)  # fmt: skip
+def test_classes_on_both_sides_of_each_limit(low: float, high: float, known: str) -> None:
+    """Halves may differ by ¼ and two of their errors."""
+    found = growth_over_members(drawn("walk", 1, 30), EDGES)._replace(low=low, high=high)
+    for apart, said in ((0.44, known), (0.46, "undetermined")):
+        halves, errors = np.array([1.0 + apart, 1.0]), np.array([0.06, 0.08])
+        other = found._replace(halves=halves, halves_stderr=errors)
+        assert class_of_exponent(other) == said
+
+
 def test_powers_are_found_exactly() -> None:
     """In windows of one sample too, and where the first window is long."""
     for count in (8, SAMPLES):
