@@ -189,6 +189,9 @@ class Copy:
 
 def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[Result]:
     """Run what is not yet known, tell and keep what is found, and return all of it."""
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # which shells ignore in the background
     known: dict[str, Result] = {}
     with contextlib.suppress(FileNotFoundError):
         known = {r["name"]: r for r in json.loads(given.out.read_text("utf-8"))}
