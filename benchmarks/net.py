@@ -73,8 +73,8 @@ def draw(rows: dict[str, dict[str, Any]], path: Path) -> None:
         axes.barh(places, values, 0.25, label=f"{label}: {each['minutes']:.1f} min")
     axes.set_yticks(range(len(names) + 1), [*names, "all others"])
     axes.invert_yaxis()
-    axes.set(xlabel="seconds of tests, both cores together", xscale="symlog")
-    axes.legend()
+    axes.set(xlabel="seconds of tests, both cores together")
+    axes.legend(loc="center right")
     figure.savefig(path, dpi=110)
 
 

@@ -84,16 +84,8 @@ class Reach:
     def __init__(self, path: Path) -> None:
         if not path.exists():
             print("finding which tests run which lines …", flush=True)
-            command = [
-                "-m",
-                "pytest",
-                "-q",
-                "-p",
-                "tests.planted.reach",
-                "--reach",
-                path.absolute(),
-            ]
-            subprocess.run([sys.executable, *map(str, command)], cwd=ROOT, check=True)
+            command = ["-m", "pytest", "-q", "-p", "tests.planted.reach", "--reach"]
+            subprocess.run([sys.executable, *command, str(path.absolute())], cwd=ROOT, check=True)
         found = json.loads(path.read_text("utf-8"))
         self._lines, self._seconds = found["lines"], found["seconds"]
 
@@ -129,7 +121,8 @@ class Copy:
     def __init__(self, home: Path, given: argparse.Namespace) -> None:
         self.root, self._cache, self._given = home / "checkout", home / "cache", given
         shutil.copytree(ROOT, self.root, ignore=LEFT_OUT, symlinks=True)
-        if known := os.environ.get("NUMBA_CACHE_DIR"):
+        known = Path(os.environ.get("NUMBA_CACHE_DIR", "none"))
+        if known.is_dir():
             shutil.copytree(known, self._cache)
         own = {"PYTHONPATH": str(self.root / "src"), "NUMBA_CACHE_DIR": str(self._cache)}
         own |= {"PYTHONPYCACHEPREFIX": str(home / "pyc"), "PYTHONDONTWRITEBYTECODE": ""}
@@ -189,9 +182,8 @@ class Copy:
 
 def run(jobs: Sequence[Job], given: argparse.Namespace) -> list[Result]:
     """Run what is not yet known, tell and keep what is found, and return all of it."""
-    signal.signal(
-        signal.SIGINT, signal.default_int_handler
-    )  # which shells ignore in the background
+    # Shells let background jobs ignore Ctrl-C: its tests would fail, and every fault would be seen.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     known: dict[str, Result] = {}
     with contextlib.suppress(FileNotFoundError):
         known = {r["name"]: r for r in json.loads(given.out.read_text("utf-8"))}

@@ -36,7 +36,6 @@ def test_mutants_are_code_and_the_same_for_a_seed() -> None:
     for mutant in mutants:
         before = (ROOT / mutant.path).read_text("utf-8")
         assert ast.dump(ast.parse(mutant.source)) != ast.dump(ast.parse(before))
-        assert mutant.old != mutant.new
 
 
 @pytest.mark.parametrize(("seen", "count"), [(0, 7), (3, 10), (95, 100), (60, 60)])

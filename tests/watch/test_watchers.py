@@ -358,6 +358,7 @@ def plug(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     """Register watchers of a module ``mine``, as an installed package does."""
 
     def plugged_in(**entries: str) -> None:
+        plugged()  # what is installed later is found, too
         info = tmp_path / "mine-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n", "utf-8")
