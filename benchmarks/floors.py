@@ -198,16 +198,21 @@ def results(script: str, *given: str) -> dict[str, Any]:
 # --- tests ----------------------------------------------------------------------------------------
 
 
+def kept(name: str) -> Any:
+    """Return what a benchmark of some twenty minutes wrote when it was last run."""
+    return json.loads((ROOT / "benchmarks" / "results" / f"{name}.json").read_text("utf-8"))
+
+
 def suite_seconds() -> Found:
     """Return the processor seconds of the fast row, new over old."""
-    rows = results("net.py")["rows"]
+    rows = kept("net")["rows"]
     old, new = (rows[name]["processor"] for name in ("before, cold", "now, cold"))
     return Found(new / old, f"{old:.0f} to {new:.0f} s")
 
 
 def suite_minutes(name: str) -> Found:
     """Return the minutes of the fast row."""
-    return Found(results("net.py")["rows"][name]["minutes"])
+    return Found(kept("net")["rows"][name]["minutes"])
 
 
 def whole_check() -> Found:
@@ -221,7 +226,7 @@ def whole_check() -> Found:
 
 def slips(kind: str, row: str) -> Found:
     """Return the share of faults that the tests did not see, when they were last put in."""
-    found = json.loads((ROOT / "benchmarks" / "results" / f"{kind}.json").read_text("utf-8"))
+    found = kept(kind)
     harmful = [r for r in found if not (r["by"] or "").startswith("harmless")]
     slipped = [r for r in harmful if r["by"] is None or r["row"] not in ("fast", row)]
     note = f"{len(slipped)} of {len(harmful)}; {len(found) - len(harmful)} more do no harm"

@@ -1,8 +1,9 @@
 """What the fast row of the tests takes, before the redesign and now: in all, and by folder.
 
-The packages of this environment and the commit `BEFORE` of `floors.py` are used; compiled code and
-bytecode are kept in new folders, so the first run of each is cold. Nothing else may run on the machine.
-Writes ``results/net.json`` and ``docs/images/net.png``.
+The packages of this environment and the commit `BEFORE` of `floors.py` are used; compiled code is kept
+in a new folder and the checkout's bytecode goes, so the first run of each is cold, as in a fresh clone.
+Tests of the installation itself fail here, and are named. Nothing else may run on the machine.
+Writes ``results/net.json`` and ``docs/images/net.png``; with ``--now`` what was before is taken from there.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import json
 import resource
 import runpy
+import shutil
 import subprocess
 import tempfile
 import time
@@ -32,14 +34,19 @@ def row(checkout: Path, times: int) -> list[dict[str, Any]]:
     environment = runpy.run_path(str(ROOT / "tests" / "kept" / "compare.py"))["environment"]
     with tempfile.TemporaryDirectory() as home:
         given = environment(checkout, Path(home, "packages"), Path(home, "cache"), 0)
-        given |= {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": f"{home}/pyc"}
+        del given["PYTHONPYCACHEPREFIX"]
+        for folder in [
+            p for name in ("src", "tests") for p in (checkout / name).rglob("__pycache__")
+        ]:
+            shutil.rmtree(folder)
         told, found = Path(home, "told.xml"), []
         for _ in range(times):
             used, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
             command = ["pytest", "-q", "--junitxml", str(told)]
-            subprocess.run(
-                command, env=given, cwd=checkout, check=checkout == ROOT, capture_output=True
+            done = subprocess.run(
+                command, env=given, cwd=checkout, stdout=subprocess.PIPE, text=True
             )
+            print("\n".join(x for x in done.stdout.splitlines()[-40:] if x.startswith("FAILED")))
             minutes = (time.monotonic() - begun) / 60
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             processor = after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
@@ -82,12 +89,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "benchmarks" / "results")
     parser.add_argument("--images", type=Path, default=ROOT / "docs" / "images")
+    parser.add_argument("--now", action="store_true", help="what was before is known")
     given = parser.parse_args()
-    (old,), (cold, warm) = row(before(), 1), row(ROOT, 2)
-    rows = {"before, cold": old, "now, cold": cold, "now, warm": warm}
+    path, name, rows = given.out / "net.json", "before, cold", dict[str, Any]()
+    rows[name] = json.loads(path.read_text("utf-8"))["rows"][name] if given.now else None
+
+    def keep() -> None:
+        record = {"machine": describe(["geomint", "numba", "pytest"]), "rows": rows}
+        path.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
+
+    if not given.now:
+        (rows[name],) = row(before(), 1)
+        keep()
+    rows["now, cold"], rows["now, warm"] = row(ROOT, 2)
+    keep()
     draw(rows, given.images / "net.png")
-    record = {"machine": describe(["geomint", "numba", "pytest"]), "rows": rows}
-    (given.out / "net.json").write_text(json.dumps(record, indent=1) + "\n", "utf-8")
     for name, took in rows.items():
         print(name, f"{took['processor']:.0f} s of processor time, {took['minutes']:.2f} min")
 

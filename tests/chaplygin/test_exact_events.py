@@ -106,6 +106,22 @@ def test_what_ends_a_motion(problem: gi.Problem) -> None:
             np.testing.assert_allclose(both, whole.events[name].t, rtol=0, atol=1e-11)
 
 
+def test_roots_where_two_pieces_of_the_search_meet() -> None:
+    """Which are quarters of the shortest period: a motion that begins at a turning point has them."""
+    y0 = SPHERE.random_state(1)
+    quarter = 0.5 * math.pi / float(np.abs(SPHERE.exact(y0).frequencies).max())
+
+    @gi.event
+    def turning(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return gi.sin((math.pi / quarter) * t)
+
+    for sign in (1.0, -1.0):
+        sol = gi.solve(SPHERE, y0, tau_end=sign * 99.5 * quarter, method="exact", events=[turning])
+        met, known = sol.events["turning"], quarter * np.arange(1, 100)
+        np.testing.assert_allclose(sign * met.tau, known, rtol=1e-14)
+        np.testing.assert_array_equal(sign * met.directions, (-1.0) ** np.arange(1, 100))
+
+
 def test_what_cannot_be_told() -> None:
     """A typed error with the time, and the solution up to the piece before."""
 

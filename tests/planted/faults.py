@@ -164,9 +164,9 @@ steps-kept run geomint.run.promise:Setting.kept
 estimate-too-small run geomint.run.error_estimate:finer
   Error estimates of methods of low order are up to half of the error.
   1.0 / (1.0 - 0.5**method.order) → 1.0
-end-unobserved run geomint.run.recorder:Recorder.consume
+end-unobserved run geomint.run.recorder:Recorder.observe_end
   The last state is not observed, unless it is one of every so many.
-  | (times == self._timeline.own_end) → | (times == np.inf)
+  self._observers.add_end(self._before[0], self.reached, self._before[1]) → pass
 event-told-twice run geomint.run.crossings:Crossings._has_been_told
   A run that goes on after an event meets the same event again.
   return (ahead < -near) | (again & (ahead <= near)) → return ahead < -near

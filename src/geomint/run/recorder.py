@@ -197,8 +197,7 @@ class Recorder:
             self._before = (float(times[-1]), states[-1].copy())
             self._number = int(indices[-1])
         if self._observers is not None:
-            # The last step that is cut to meet the end counts as a partial one.
-            watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
+            watched = indices % self._observe_every == 0
             labels = states[:, -1] if self._clock and end is not None else times
             self._observers.add(times, labels, states, watched, self._stepper.length)
         if stop is not None:
