@@ -3,7 +3,7 @@
 The packages of this environment and the commit `BEFORE` of `floors.py` are used; compiled code is kept
 in a new folder and the checkout's bytecode goes, so the first run of each is cold, as in a fresh clone.
 Tests of the installation itself fail here, and are named. Nothing else may run on the machine.
-Writes ``results/net.json`` and ``docs/images/net.png``; with ``--now`` what was before is taken from there.
+Writes ``results/net.json`` and ``docs/images/net.png``; with ``--now`` that of before is kept.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import json
 import resource
 import runpy
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -91,6 +92,7 @@ def main() -> None:
     parser.add_argument("--images", type=Path, default=ROOT / "docs" / "images")
     parser.add_argument("--now", action="store_true", help="what was before is known")
     given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # tests send it; shells may ignore it
     path, name, rows = given.out / "net.json", "before, cold", dict[str, Any]()
     rows[name] = json.loads(path.read_text("utf-8"))["rows"][name] if given.now else None
 

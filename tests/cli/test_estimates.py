@@ -60,7 +60,7 @@ def test_a_long_one_is_tried():
         for end in (("--tau-end", 1e12), ("--t-end", -4e14))
     )
     assert [tau[1], t[1]] == ["about", "about"]
-    assert 10.0 < t[0] / tau[0] < 1000.0
+    assert t[0] / tau[0] > 10.0
 
 
 def test_beyond_a_day_needs_a_word(tmp_path):
