@@ -8,6 +8,7 @@ Lines that run in other processes, or compiled alone, are not seen.
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -27,7 +28,8 @@ class Reach:
     def __init__(self, config: pytest.Config) -> None:
         self.lines: dict[str, dict[str, set[int]]] = defaultdict(lambda: defaultdict(set))
         self.seconds = Counter[str]()
-        self._traced = not config.getoption("numprocesses", None)
+        alone = not getattr(config.known_args_namespace, "numprocesses", None)
+        self._traced = alone or "PYTEST_XDIST_WORKER" in os.environ
         self._coverage = Coverage(data_file=None, source=[str(SOURCES)], config_file=False)
         if self._traced:
             self._coverage.start()
@@ -73,5 +75,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--reach", metavar="FILE")
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    config.pluginmanager.register(Reach(config), "reach")
+@pytest.hookimpl(tryfirst=True)
+def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
+    """Begin before any test or `conftest.py` imports the code."""
+    early_config.pluginmanager.register(Reach(early_config), "reach")
