@@ -17,7 +17,7 @@ from tests.chaplygin.support import evaluated, of_operator, of_parameters
 FAST = ["lr-1-full-3", "clebsch-4", "body-multiplier-3"]
 
 
-def chosen(fast: Collection[str] = ()) -> list[Any]:
+def chosen() -> list[Any]:
     """Return problems of all classes by name; most of them run at night."""
     found = {}
     for kind, n in (("special", 3), ("diagonal", 4), ("full", 3)):
@@ -27,7 +27,7 @@ def chosen(fast: Collection[str] = ()) -> list[Any]:
     found |= {f"{name}-equal-4": p for name, p in of_parameters(4, equal=2).items()}
     late = [pytest.mark.nightly]
     return [
-        pytest.param(problem, id=name, marks=late if name not in fast else [])
+        pytest.param(problem, id=name, marks=late if name not in FAST else [])
         for name, problem in found.items()
     ]
 
