@@ -44,8 +44,7 @@ def test_symplectic_methods_keep_the_measure(
 
     There is one word for that, whatever the trend, which may be the instrument's own.
     """
-    options = {"compiled": steps > 100}
-    drift = run(*PROBLEMS[problem], name, h, steps, **options).drift["measure"]
+    drift = run(*PROBLEMS[problem], name, h, steps, compiled=steps > 100).drift["measure"]
     noise = drift.scale * NOISE
     assert drift.within_roundoff
     assert 1e-3 * noise < drift.max_abs_error < noise < level

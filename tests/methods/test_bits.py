@@ -26,12 +26,8 @@ def memory_after(name: str, problem: str, steps: int, **options: Any) -> Any:
     return motion.restart.memory.tobytes(), motion.iterations
 
 
-# Its stepper is that of another pair, its chart is compiled by `tests.kernels.test_groups` too.
-LATE = ("rkmk-cayley-dop853-adaptive", "so-4")
-
-
 @pytest.mark.nojit
-@pairs(FAMILIES, [pair for pair in FAMILIES if pair != LATE])
+@pairs(FAMILIES, [pair for pair in FAMILIES if pair[0] != "rkmk-cayley-dop853-adaptive"])
 @pytest.mark.parametrize("steps", [10, pytest.param(1000, marks=pytest.mark.nightly)])
 def test_compiled_is_plain(name: str, problem: str, steps: int) -> None:
     runs = [memory_after(name, problem, steps, compiled=compiled) for compiled in (True, False)]

@@ -49,13 +49,11 @@ def until(p: gi.Problem, end: float) -> dict[str, Any]:
     return {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
 
 
-def watched(
-    p: gi.Problem, y0: Any, method: Any, step: float, steps: int, compiled: bool | None = None
-) -> gi.Drift:
+def watched(p: gi.Problem, y0: Any, method: Any, step: float, steps: int, **run: Any) -> gi.Drift:
     """Return the drift after some steps: of few of them in plain Python."""
-    run = {**until(p, steps * step), "method": method, "step": step, "observe": ["symplectic"]}
-    compiled = steps > 20 if compiled is None else compiled
-    return gi.solve(p, y0, **run, compiled=compiled).drift["symplectic"]
+    run = {**until(p, steps * step), "compiled": steps > 20, **run}
+    found = gi.solve(p, y0, method=method, step=step, observe=["symplectic"], **run)
+    return found.drift["symplectic"]
 
 
 def steps_of(name: str, p: gi.Problem, y0: np.ndarray, part: float = 1.0) -> float:
@@ -146,10 +144,8 @@ def test_special_states(name: str) -> None:
     for momentum in (None, 0.0, 1e-9):
         y0 = np.eye(6)[2] if momentum is None else neumann.initial() * ([1.0] * 3 + [momentum] * 3)
         for end in (1.0, -1.0):
-            run = {"t_end": end, "method": name, "step": 0.2, "observe": ["symplectic"]}
-            run = gi.solve(p, y0, **run, compiled=False)
-            limit = 1e-7 if name == "gauss-4" else 4e-15
-            assert run.drift["symplectic"].max_abs_error < limit
+            drift = watched(p, y0, name, 0.2, 5, t_end=end)
+            assert drift.max_abs_error < (1e-7 if name == "gauss-4" else 4e-15)
 
 
 def test_what_has_none() -> None:
