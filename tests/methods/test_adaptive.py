@@ -244,10 +244,9 @@ def test_steps_do_not_depend_on_units_and_rest_takes_few(name: str) -> None:
     """With atol = 0, a state 10⁻¹⁵⁰ or 10¹⁵⁰ times as large takes the same steps."""
     method = gi.Adaptive(gi.RungeKutta(name), atol=0.0)
     problem, runs = gi.Problem("turning", (("y", 2),), [1.0], field=turning), {}
+    given = {"t_end": 5.0, "step": 0.1, "method": method, "compiled": False}
     for size in (1.0, 2.0**-500, 2.0**500):
-        run = runs[size] = gi.solve(
-            problem, [size, 0.0], t_end=5.0, step=0.1, method=method, compiled=False
-        )
+        run = runs[size] = gi.solve(problem, [size, 0.0], **given)
         assert (run.steps, run.rejected) == (runs[1.0].steps, runs[1.0].rejected)
         np.testing.assert_array_equal(run.y[-1], size * runs[1.0].y[-1])
     still = dataclasses.replace(problem, params=[0.0])

@@ -106,10 +106,10 @@ def branching(slopes: Any) -> Any:
 
 
 def test_functions_that_take_one_number_at_a_time() -> None:
-    """The same states and times, with a warning, compiled and not."""
+    """The same states, with a warning, compiled and not."""
     problem, y0, step = CASES["two"]
-    form = problem.hamiltonian
-    form = dataclasses.replace(form, gradients=branching(form.gradients))
+    slopes = branching(problem.hamiltonian.gradients)
+    form = dataclasses.replace(problem.hamiltonian, gradients=slopes)
     slow = dataclasses.replace(problem, hamiltonian=form)
     given = {"t_end": 3 * step, "step": step, "method": "lobatto-3"}
     expected = gi.solve(problem, y0, **given)
