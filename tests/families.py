@@ -73,8 +73,6 @@ def pairs(
     return pytest.mark.parametrize(("name", "problem"), marked)
 
 
-families = pairs(FAMILIES)
-
 # A pair for every kind of stepper: for what does not ask for the tableau, the group or the size.
 KINDS = [
     ("rk-4", "lotka-volterra"),

@@ -9,7 +9,7 @@ import chaplygin as ch
 import geomint as gi
 
 BALL = ch.ChaplyginSphere.from_moments([1.0, 1.7, 2.4], m=1.0, rho=1.0)
-TIMES = np.linspace(0.0, 6.0, 301)
+TIMES = np.linspace(0.0, 2.0, 101)
 CONTACT, CLASSICAL = BALL.contact(rho=1.0), BALL.classical()
 FORMS = {
     "contact": CONTACT,

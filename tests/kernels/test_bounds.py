@@ -23,43 +23,33 @@ assert cache.cache_folder().path.name.endswith("-boundscheck")
 
 
 @gi.helper
-def read(y, out, i, n):
-    out[0] = y[i]
+def looked(y, out, way, i, n):
+    if way == 0:
+        out[0] = y[i]
+    elif way == 1:
+        out[i] = y[0]
+    elif way == 2:
+        out[0] = 1.0 * len(gi.part(y, i, n))
+    elif way == 3:
+        out[0] = gi.part(y, 0, n)[i]
+    else:
+        out[0] = fixed_rows(y, 2)[i]
 
 
 @gi.helper
-def write(y, out, i, n):
-    out[i] = y[0]
-
-
-@gi.helper
-def cut(y, out, i, n):
-    out[0] = 1.0 * len(gi.part(y, i, n))
-
-
-@gi.helper
-def past_the_part(y, out, i, n):
-    out[0] = gi.part(y, 0, n)[i]
-
-
-@gi.helper
-def past_the_fixed(y, out, i, n):
-    out[0] = fixed_rows(y, 2)[i]
-
-
-@gi.helper
-def as_lane_rows(y, out, i, n):
+def as_lane_rows(y, out, way, i, n):
     out[0] = 1.0 * len(as_lanes(y, i, n))
 
 
-def outcomes(function, kind, cases, rows=4):
-    block = LANE.block if kind == "L" else SCALAR.block
-    entry = compile_function(function, types.void(block, block, types.int64, types.int64))
-    make = (lambda r: LaneBlock(np.zeros((r, 8)))) if kind == "L" else (lambda r: Block(np.zeros(r)))
+def compiled(function, block):
+    return compile_function(function, types.void(block, block, *[types.int64] * 3))
+
+
+def outcomes(entry, make, way, cases):
     found = ""
     for i, n in cases:
         try:
-            entry(make(rows), make(rows), i, n)
+            entry(make(), make(), way, i, n)
             found += "o"
         except IndexError:
             found += "x"
@@ -68,14 +58,21 @@ def outcomes(function, kind, cases, rows=4):
 
 rows = [(0, 0), (3, 0), (4, 0), (-1, 0), (10**9, 0)]
 parts = [(0, 4), (1, 3), (4, 0), (0, 5), (4, 1), (-1, 2), (2, -1), (5, 0)]
-for kind in "SL":
-    for function in (read, write):
-        assert outcomes(function, kind, rows) == "ooxxx", (kind, function)
-    assert outcomes(cut, kind, parts) == "oooxxxxx", kind
-    assert outcomes(past_the_part, kind, [(1, 2), (2, 2), (3, 2)]) == "oxx", kind
-    assert outcomes(past_the_fixed, kind, [(1, 0), (2, 0)]) == "ox", kind
-lanes = [(0, 2), (3, 1), (9, 1), (0, 3), (-1, 1)]
-assert outcomes(as_lane_rows, "S", lanes, 16) == "ooxxx"
+CASES = [
+    *[(rows, "ooxxx")] * 2,
+    (parts, "oooxxxxx"),
+    ([(1, 2), (2, 2), (3, 2)], "oxx"),  # past the part
+    ([(1, 0), (2, 0)], "ox"),  # past the fixed rows
+]
+for kind, make in (
+    (LANE, lambda: LaneBlock(np.zeros((4, 8)))),
+    (SCALAR, lambda: Block(np.zeros(4))),
+):
+    entry = compiled(looked, kind.block)
+    for way, (cases, wanted) in enumerate(CASES):
+        assert outcomes(entry, make, way, cases) == wanted, (kind, way)
+lanes, entry = [(0, 2), (3, 1), (9, 1), (0, 3), (-1, 1)], compiled(as_lane_rows, SCALAR.block)
+assert outcomes(entry, lambda: Block(np.zeros(16)), 0, lanes) == "ooxxx"
 
 
 @gi.field

@@ -61,51 +61,6 @@ def evaluated(
     return [each for each in seen if each == name], found.ravel().tolist()
 
 
-SOLVE = """
-import json, os, sys, types, warnings
-import numba  # which sets variables of its own
-environment, filters = dict(os.environ), list(warnings.filters)
-import geomint as gi
-from geomint.kernels.compiling.compile import listen
-
-seen, results = [], []
-listen(lambda name, seconds: seen.append(name))
-
-
-def solved(spring):
-    del seen[:]
-    problem = gi.Problem("pendulum", (("q", 1), ("p", 1)), [1.5], field=spring)
-    sol = gi.solve(problem, [0.5, 0.3], t_end=1.0, step=0.1, method="heun-2")
-    results.append([sorted({*seen}), sol.y[-1].tolist()])
-
-
-import fields
-solved(fields.spring)
-for text in sys.argv[1:]:
-    exec(text)
-    solved(spring)
-assert dict(os.environ) == environment
-assert [f for f in warnings.filters if f not in filters] == []
-print(json.dumps(results))
-"""
-
-
-def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
-    """Nor where files are younger than the clock; variables, filters and streams are left alone."""
-    shutil.copytree(Path(gi.__file__).parent, tmp_path / "geomint")
-    for path in (tmp_path / "geomint" / "kernels").rglob("*.py"):
-        os.utime(path, (2.0**32, 2.0**32))
-    (tmp_path / "fields.py").write_text(FIELD, encoding="utf-8")
-    own = {"cache": tmp_path / "cache", "PYTHONPATH": str(tmp_path)}
-    ((compiled, found),) = run("-c", SOLVE, **own)
-    assert len({*compiled} - {"spring"}) == 1  # a stepper
-    other = FIELD.replace("gi.sin(y[0])", "y[0]")
-    second, changed = run("-c", SOLVE, other, **own)
-    assert second == [[], found]
-    assert changed[0] == ["spring"]  # it needs no kernel compiled anew
-    assert changed[1] != found
-
-
 # Two functions of one name, of one and of another process. What differs is in a helper, in a function
 # of the kernel layer, or in a method of the same kernel. The helper comes first: until then both
 # processes have compiled as many functions, so that symbols have the same numbers.
@@ -116,8 +71,10 @@ NAMESAKES = {
 }
 # Too long to be inlined twice: what is inlined has no symbol that could be taken for another.
 BODY = "        q = q + sign * gi.sin(q) * gi.cos(2.0 * q)\n" * 12
-EVALUATE = f"""
-import json, sys
+SCRIPT = f"""
+import json, os, sys, warnings
+import numba  # which sets variables of its own
+environment, filters = dict(os.environ), list(warnings.filters)
 import geomint as gi
 from geomint.kernels.compiling.compile import listen
 
@@ -130,26 +87,61 @@ def made(sign):
     return force
 
 
+def evaluated():
+    return gi.pointwise(spring, [1.5], [[0.5, 0.3]], rows=2).tolist()
+
+
+def solved():
+    problem = gi.Problem("pendulum", (("q", 1), ("p", 1)), [1.5], field=spring)
+    return gi.solve(problem, [0.5, 0.3], t_end=1.0, step=0.1, method="heun-2").y[-1].tolist()
+
+
 first, second = made(-1.0), made(-2.0)
-seen, found = [], []
+seen, results = [], []
 listen(lambda name, seconds: seen.append(name))
-for text in sys.argv[1:]:
-    exec(text)
-    found.append(gi.pointwise(spring, [1.5], [[0.5, 0.3]], rows=2).tolist())
-print(json.dumps([seen, found]))
+for name, *texts in map(json.loads, sys.argv[1:]):
+    del seen[:]
+    found = []
+    for text in texts:
+        exec(text)
+        found.append(globals()[name]())
+    results.append([[*seen], found])
+assert dict(os.environ) == environment
+assert [f for f in warnings.filters if f not in filters] == []
+print(json.dumps(results))
 """
 
 
-def test_namesakes_are_kept_apart(tmp_path: Path) -> None:
-    """A process that finds the code of two others in the cache runs each for itself."""
-    sources = [
+def test_a_later_process_compiles_nothing(tmp_path: Path) -> None:
+    """Nor where files are younger than the clock; variables, filters and streams are left alone.
+
+    A process that finds the code of two others in the cache runs each for itself.
+    """
+    shutil.copytree(Path(gi.__file__).parent, tmp_path / "geomint")
+    for path in (tmp_path / "geomint" / "kernels").rglob("*.py"):
+        os.utime(path, (2.0**32, 2.0**32))
+    (tmp_path / "fields.py").write_text(FIELD, encoding="utf-8")
+
+    def told(*asked: list[str]) -> Any:
+        own = {"cache": tmp_path / "cache", "PYTHONPATH": str(tmp_path)}
+        return run("-c", SCRIPT, *map(json.dumps, asked), **own)
+
+    one, two = (
         [FIELD.replace("-params[0] * gi.sin(y[0])", forces[k]) for forces in NAMESAKES.values()]
         for k in (0, 1)
-    ]
-    (one, first), (two, second) = (run("-c", EVALUATE, *s, cache=tmp_path) for s in sources)
-    assert one.count("spring") == two.count("spring") == 2 * len(NAMESAKES)
-    seen, together = run("-c", EVALUATE, *sources[0], *sources[1], cache=tmp_path)
-    assert (seen, together) == ([], first + second)
+    )
+    imported, other = "from fields import spring", FIELD.replace("gi.sin(y[0])", "y[0]")
+    (seen, first), (compiled, ends) = told(["evaluated", *one], ["solved", imported])
+    assert seen.count("spring") == 2 * len(NAMESAKES)
+    assert len({*compiled} - {"spring"}) == 1  # a stepper
+    (seen, second), again, changed = told(
+        ["evaluated", *two], ["solved", imported], ["solved", other]
+    )
+    assert seen.count("spring") == 2 * len(NAMESAKES)
+    assert again == [[], ends]
+    assert {*changed[0]} == {"spring"}  # it needs no kernel compiled anew
+    assert changed[1] != ends
+    assert told(["evaluated", *one, *two]) == [[[], first + second]]
     assert all(x != y for x, y in zip(first, second, strict=True))
 
 

@@ -46,7 +46,7 @@ def volume(params, t, y, work):
         ("rkmk-4", "pulsating-body", 0.2),
         ("rattle-2", "double-pendulum", 0.05),
         ("rattle-4", "spherical-pendulum", 0.1),
-        ("lobatto-3", "spherical-pendulum", 0.1),
+        pytest.param("lobatto-3", "spherical-pendulum", 0.1, marks=pytest.mark.nightly),
     ],
 )
 def test_defect_is_the_definition(name: str, problem: str, h: float) -> None:

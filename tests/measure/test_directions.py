@@ -75,7 +75,8 @@ ROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1).ravel()
     ("name", "method", "compiled"),
     [
         ("circles", "rk-4", False),
-        ("free", "rk-4", True),
+        ("free", "rk-4", False),
+        pytest.param("free", "rk-4", True, marks=pytest.mark.nightly),
         pytest.param("circles", "rk-4", True, marks=pytest.mark.nightly),
         pytest.param("circles", "gauss-1", True, marks=pytest.mark.nightly),
     ],

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from tests.families import PROBLEMS, families
+from tests.families import FAMILIES, PROBLEMS, pairs
 
 
 def memory_after(name: str, problem: str, steps: int, **options: Any) -> Any:
@@ -27,7 +27,7 @@ def memory_after(name: str, problem: str, steps: int, **options: Any) -> Any:
 
 
 @pytest.mark.nojit
-@families
+@pairs(FAMILIES, [pair for pair in FAMILIES if pair[0] != "rkmk-cayley-dop853-adaptive"])
 @pytest.mark.parametrize("steps", [10, pytest.param(1000, marks=pytest.mark.nightly)])
 def test_compiled_is_plain(name: str, problem: str, steps: int) -> None:
     runs = [memory_after(name, problem, steps, compiled=compiled) for compiled in (True, False)]

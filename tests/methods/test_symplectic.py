@@ -49,10 +49,11 @@ def until(p: gi.Problem, end: float) -> dict[str, Any]:
     return {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
 
 
-def watched(p: gi.Problem, y0: Any, method: Any, step: float, steps: int) -> gi.Drift:
+def watched(p: gi.Problem, y0: Any, method: Any, step: float, steps: int, **run: Any) -> gi.Drift:
     """Return the drift after some steps: of few of them in plain Python."""
-    run = {**until(p, steps * step), "method": method, "step": step, "observe": ["symplectic"]}
-    return gi.solve(p, y0, **run, compiled=steps > 20).drift["symplectic"]
+    run = {**until(p, steps * step), "compiled": steps > 20, **run}
+    found = gi.solve(p, y0, method=method, step=step, observe=["symplectic"], **run)
+    return found.drift["symplectic"]
 
 
 def steps_of(name: str, p: gi.Problem, y0: np.ndarray, part: float = 1.0) -> float:
@@ -96,7 +97,7 @@ def test_methods(name: str, problem: str) -> None:
     y0, method = p.canonical(y0), gi.find_method(name)
     step = steps_of(name, p, y0)
     if "symplectic" in method.structure(p):
-        few = (name, problem) == ("gauss-4", "spring")
+        few = (name, problem) in FAST
         drift = watched(p, y0, method, step, 10 if few else 200)
         assert drift.within_roundoff
         assert few or drift.drift_class == "roundoff"
@@ -132,7 +133,7 @@ def test_against_plain_products(name: str) -> None:
         X = Q1 @ (Q1.T @ (flow.slopes * scales.T / scales) @ Q)
         before, after = ((scales * A).T @ J @ (scales * A) for A in (Q, X))
         expected = np.linalg.norm(after - before) / np.linalg.norm(after)
-        found = watched(p, y0, name, h, 1).final_error
+        found = watched(p, y0, name, h, 1, compiled=True).final_error
         assert found == pytest.approx(expected, rel=1e-9, abs=2e-15)
 
 
@@ -143,9 +144,8 @@ def test_special_states(name: str) -> None:
     for momentum in (None, 0.0, 1e-9):
         y0 = np.eye(6)[2] if momentum is None else neumann.initial() * ([1.0] * 3 + [momentum] * 3)
         for end in (1.0, -1.0):
-            run = gi.solve(p, y0, t_end=end, method=name, step=0.05, observe=["symplectic"])
-            limit = 1e-7 if name == "gauss-4" else 4e-15
-            assert run.drift["symplectic"].max_abs_error < limit
+            drift = watched(p, y0, name, 0.2, 5, t_end=end)
+            assert drift.max_abs_error < (1e-7 if name == "gauss-4" else 4e-15)
 
 
 def test_what_has_none() -> None:

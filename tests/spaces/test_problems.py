@@ -187,7 +187,7 @@ def test_states_are_given_as_lists_too() -> None:
 
 
 FIXED = [name for name in gi.method_names() if not gi.find_method(name).adaptive]
-KINDS = ("rk-4", "gauss-8", "cf-4", "rkmk-4", "rkmk-cayley-4", "rattle-2", "lobatto-3", "verlet-2")
+KINDS = ("rk-4", "gauss-8", "cf-4", "rkmk-4", "rkmk-cayley-4", "rattle-2", "verlet-2")
 LATE = [pytest.param(n, marks=pytest.mark.nightly) for n in FIXED if n not in KINDS]
 
 
