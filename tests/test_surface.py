@@ -239,7 +239,7 @@ NAMED = {
 }
 
 
-LATE = ("compare", "stress", "audit")  # commands that are looked at at night
+LATE = ("compare", "stress", "exact", "audit")  # commands that are looked at at night
 
 
 def outputs(late: bool = True) -> Iterator[str]:

@@ -20,9 +20,11 @@ SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
     "initial": {"gamma": [0.48, 0.6, 0.64], "p": [3.0, -4.0, 1.5]},
     "time": {"t_end": 2.0},
+    "compare": {"reference": "exact"},
 }
 MODEL = gi.Scene(**SCENE).model
 END = {"t_end": 2.0}
+RUN = {"repeats": 1, "observe": False, "reference": "exact"}
 
 
 @pytest.fixture
@@ -40,7 +42,7 @@ def called(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 
 
 def run(methods: list[Any], **given: Any) -> list[Any]:
-    return compare(MODEL, END, methods, **{"repeats": 1, "observe": False, **given}).points
+    return compare(MODEL, END, methods, **{**RUN, **given}).points
 
 
 @pytest.fixture
@@ -150,7 +152,7 @@ def test_points_are_run_as_often_as_is_asked_or_as_time_allows(
         return clock[0]
 
     monkeypatch.setattr(time, "perf_counter", passing)
-    given = {"steps": [0.1], "observe": False, "peers": ["scipy-dop853"], "repeats": asked}
+    given = {**RUN, "steps": [0.1], "peers": ["scipy-dop853"], "repeats": asked}
     found = compare(MODEL, END, ["rk-4"], **given).points
     peers = [p for p in found if p.peer]
     assert {p.repeats for p in peers if p.seconds} == {repeats}
@@ -162,7 +164,8 @@ def test_points_are_run_as_often_as_is_asked_or_as_time_allows(
 def test_repeats_reports_and_drifts(monkeypatch: pytest.MonkeyPatch) -> None:
     """The median of the run times counts; after a second of them there are no more."""
     told: list[str] = []
-    result = compare(MODEL, END, ["rk-4"], steps=[0.1], repeats=2, report=told.append)
+    given: dict[str, Any] = {"steps": [0.1], "reference": "exact"}
+    result = compare(MODEL, END, ["rk-4"], **given, repeats=2, report=told.append)
     assert result.points[0].repeats == 2
     assert any("rk-4, step 0.1" in text for text in told)
     assert [label for label, _ in result.drifts] == ["rk-4"]
@@ -175,7 +178,7 @@ def test_repeats_reports_and_drifts(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(compare_module, "solve", timed)
     for expected in ((3, 0.2), (2, 0.55)):
-        result = compare(MODEL, END, ["rk-4"], steps=[0.1], observe=False)
+        result = compare(MODEL, END, ["rk-4"], **given, observe=False)
         (point,) = result.points
         assert (point.repeats, point.seconds, result.compile_seconds) == (*expected, expected[0])
         assert not result.drifts

@@ -143,8 +143,8 @@ def test_of_the_reduced_sphere_the_multiplier_is_the_density() -> None:
     """
     problem, theta = ch.ChaplyginSphere(a=[0.3, 1.0, 2.5], D=3.0).reduced(), 0.5
     found = gi.draw_states(problem, 2 * COUNT, temperature=theta)[:, 0] ** 2
-    steps = np.arange(400) + 0.5
-    z, turn = 1.0 - steps / 200.0, np.pi * (1.0 + np.sqrt(5.0)) * steps
+    steps = np.arange(120) + 0.5
+    z, turn = 1.0 - steps / 60.0, np.pi * (1.0 + np.sqrt(5.0)) * steps
     flat = np.sqrt(1.0 - z * z)
     gammas = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), z])  # evenly spread
     weights = np.zeros((2, len(gammas)))

@@ -30,10 +30,10 @@ STATES[7] = [0.0, 40.0, 0.0, 60.0]  # escapes
 RUN: dict[str, Any] = {"t_end": 6.0, "method": "rk-4", "step": 0.05, "save_every": 10}
 KINDS: dict[str, dict[str, Any]] = {
     "states": {},
-    "ends": {"save_every": None},
     "readings": {
         "readings": ["drift:energy", gi.Windows("energy", 8), gi.Histogram("q[0]", [-1, 0, 1])]
     },
+    "ends": {"save_every": None},
     "events": {"observe": ["energy"], "events": "q[1]"},
     "times": {"t_eval": np.linspace(0.0, 6.0, 7)},
     "adaptive": {"method": "dop853-adaptive", "step": None, "save_every": 1},
@@ -109,7 +109,7 @@ def test_as_in_memory_and_without_its_code(kind: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param(k, marks=[pytest.mark.nightly] * (i > 2)) for i, k in enumerate(KINDS)]
+    "kind", [pytest.param(k, marks=[pytest.mark.nightly] * (i > 1)) for i, k in enumerate(KINDS)]
 )
 @pytest.mark.parametrize("end", [KeyboardInterrupt, RuntimeError, OSError])
 def test_going_on(

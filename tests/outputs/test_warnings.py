@@ -20,11 +20,18 @@ from click.testing import CliRunner
 import chaplygin as ch
 import geomint as gi
 from geomint.cli import main
-from geomint.problems.testproblems import henon_heiles, neumann
+from geomint.problems.testproblems import henon_heiles
 from geomint.report.summary import print_runs
 
 HENON = henon_heiles.problem()
-NEUMANN = neumann.problem([0.7, 1.0, 1.4])
+SCENE: dict[str, Any] = {
+    "system": {"name": "neumann", "a": [0.7, 1.0, 1.4], "strength": 2.0},
+    "initial": {"q": [0.6, 0.0, 0.8], "v": [0.0, 1.0, 0.0]},
+    "time": {"t_end": 40.0},
+    "integrate": {"method": "rk-4", "step": 0.9},
+}
+NEUMANN = gi.Scene(**SCENE).problem
+CLOCKED = gi.load_scene("hamiltonized-n3").problem
 OFF = np.array([0.6, 0.0, -0.8 * (1.0 + 1e-9), 0.0, 0.5, 0.0])
 
 
@@ -50,21 +57,12 @@ def grown() -> Any:
     return gi.solve(CHAOS, [-5.0, -6.0, 22.0], t_end=60.0, tolerance=1e-9)
 
 
-@gi.field
-def pace(params, t, y, work):
-    return 1.0 + 0.0 * y[0]
-
-
 UNREACHED: dict[str, Any] = {"tau_end": 1.0, "step": 0.1, "t_eval": [0.5, 1e3], "method": "rk-4"}
 PLAIN: dict[str, Any] = {"compiled": False}
 
 
-def clocked() -> gi.Problem:
-    return gi.time_transformed(HENON, pace, henon_heiles.INITIAL)
-
-
 def unreached() -> Any:
-    return gi.solve(clocked(), henon_heiles.INITIAL, **UNREACHED, **PLAIN)
+    return gi.solve(CLOCKED, CLOCKED.random_state(1), **UNREACHED, **PLAIN)
 
 
 def slow() -> Any:
@@ -169,21 +167,13 @@ def test_a_column_of_ensembles(more: dict[str, Any], tmp_path: Path) -> None:
 
 
 def test_what_members_say_is_shown_once() -> None:
-    states = np.multiply.outer([0.5, 1.0, 1.5], henon_heiles.INITIAL)
+    states = [CLOCKED.random_state(seed) for seed in range(3)]
     with pytest.warns(gi.LeftOutWarning) as shown:
-        many = gi.solve_ensemble(clocked(), states, **UNREACHED)
+        many = gi.solve_ensemble(CLOCKED, states, **UNREACHED)
     (one,) = shown
     assert one.filename == __file__
     assert str(one.message).startswith("3 of 3 members have `warnings`; member 0: the run ended")
     assert many.warned.tolist() == ["LeftOutWarning"] * 3
-
-
-SCENE: dict[str, Any] = {
-    "system": {"name": "neumann", "a": [0.7, 1.0, 1.4], "strength": 2.0},
-    "initial": {"q": [0.6, 0.0, 0.8], "v": [0.0, 1.0, 0.0]},
-    "time": {"t_end": 40.0},
-    "integrate": {"method": "rk-4", "step": 0.9},
-}
 
 
 @pytest.mark.usefixtures("blank_pictures")
