@@ -237,8 +237,8 @@ def test_a_callback_ends_a_run_in_any_stretch(name: str) -> None:
 
 def test_what_fails_has_its_part() -> None:
     bad = first("lost", lambda p, t, y: gi.select(t < p[0], 1.0, 1.0 / (t - t)), SWITCH)
+    run: Any = {"method": "rk-4", "step": STEP, "compiled": False}
     with pytest.raises(gi.NonFiniteError) as caught:
-        run: Any = {"method": "rk-4", "step": STEP, "compiled": False}
         gi.solve(bad, [0.0, 1.0], t_end=END, **run, breaks=[SWITCH, 1.5])
     partial = caught.value.partial
     assert caught.value.step == partial.steps == math.ceil(SWITCH / STEP)

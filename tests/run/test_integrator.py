@@ -20,7 +20,7 @@ from tests.run.motions import first
 H = 0.05
 LOTKA, START = PROBLEMS["lotka-volterra"]
 ADAPTIVE = "dormand-prince-5-adaptive"
-COMPILED = ("rk-4", "cf-4")  # `tests.methods.test_bits`: plain Python has the same bits
+COMPILED = ("rk-4",)  # `tests.methods.test_bits`: plain Python has the same bits
 METHODS = pytest.mark.parametrize("method", ["gauss-3", "rk-4", ADAPTIVE])
 FIXED = [pair for pair in KINDS if "adaptive" not in pair[0]]
 
