@@ -217,14 +217,14 @@ def later(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     rate = 1.0 + 300.0 * y[2] * y[2] * y[2] * y[2]
     out[0] = rate * y[1]
     out[1] = -rate * y[0]
-    out[2] = 0.2 + 0.0 * y[0]
+    out[2], out[3] = 0.2 + 0.0 * y[0], 0.0 * y[0]
 
 
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_a_default_step_that_fails_is_halved() -> None:
     """In loops from where it fails; in what else takes no given one as in runs."""
-    p = gi.Problem("later", (("q", 1), ("p", 1), ("z", 1)), field=later)
-    y0, method = [1.0, 0.0, 0.0], gi.Gauss(4, iteration="fixed-point")
+    p = gi.Problem("later", (("q", 1), ("p", 1), ("z", 1), ("c", 1)), field=later)
+    y0, method = [1.0, 0.0, 0.0, 0.0], gi.Gauss(4, iteration="fixed-point")
     end = gi.solve(p, y0, t_end=5.0, method=method).y[-1]
     motion = gi.Integrator(p, y0, method)
     first = motion.h
@@ -237,7 +237,7 @@ def test_a_default_step_that_fails_is_halved() -> None:
     assert (again.steps, again.h < first) == (40, True)
     for share in (0.55, 0.95):  # of which only the last step, less than a whole one, fails
         last = gi.Integrator(p, y0, method)
-        last.state = [1.0, 0.0, 0.7]
+        last.state = [1.0, 0.0, 0.7, 0.0]
         last.propagate_for(share * last.h)
         np.testing.assert_allclose(np.hypot(*last.state[:2]), 1.0, atol=1e-12)
     with pytest.raises(gi.ConvergenceError):
