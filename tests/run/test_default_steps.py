@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 import geomint as gi
 from tests.problems import abc_flow, double_pendulum, examples
-from tests.run.motions import APOCENTRE, KEPLER, REGULAR, TRAPS, promised, turned
+from tests.run.motions import APOCENTRE, KEPLER, REGULAR, TRAPS, promised, solve, turned
 
 DOUBTED = 36.0  # times what is promised: two measurements, each to a factor of some
 Way = Callable[[gi.Problem, Any, float, str], float]
@@ -200,8 +200,7 @@ def test_the_default_method_fits_the_form(form: str) -> None:
     p, end = dataclasses.replace(given, **{**gone, form: getattr(given, form)}), ending(given, 2.0)
     run = gi.solve(p, y0, **end)
     assert run.method.name == name
-    known: Any = {"method": "dop853" if given.field else "rkmk-4", "step": 0.01, "compiled": False}
-    right = gi.solve(given, y0, **end, **known).y[-1]
+    right = solve(given, y0, **end, method="dop853" if given.field else "rkmk-4", step=0.01).y[-1]
     np.testing.assert_allclose(run.y[-1], right, atol=1e-7)
     motion = gi.Integrator(p, y0)
     assert motion.method.name == name
