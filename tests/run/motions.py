@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import signal
 from collections.abc import Callable, Iterator
@@ -17,6 +18,10 @@ from tests.problems import lotka_volterra
 
 Rate = Callable[..., Any]
 PIECES = (("x", 1), ("v", 1))
+
+# What is no matter of compiled code: plain Python has the same bits, as `tests.methods.test_bits` says.
+solve = functools.partial(gi.solve, compiled=False)
+Integrator = functools.partial(gi.Integrator, compiled=False)
 
 
 def first(name: str, rate: Rate, *params: float, **more: Any) -> gi.Problem:
@@ -113,6 +118,12 @@ def turned(at: float, width: float, push: float) -> gi.Problem:
     return gi.Problem("turned", (("v", 3),), params=[at, width, push], action=action)
 
 
+@gi.observable
+def pace(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 1.5 + 0.3 * y[0] * gi.sin(t)
+
+
+TIMED = dataclasses.replace(lotka_volterra.problem(), time="tau", clock=pace, measure=None)
 KEPLER = gi.Problem("kepler", (("y", 4),), [1.0], field=kepler)
 PENDULUM = gi.Problem("hanging", space=gi.TangentSphere(3, ("q", "v")), field=_hanging)
 APOCENTRE = [1.8, 0.0, 0.0, 1.0 / 3.0]

@@ -13,7 +13,7 @@ from geomint.problems.testproblems import henon_heiles
 from geomint.run import driver
 
 PROBLEM, Y0 = henon_heiles.problem(), henon_heiles.INITIAL
-ADAPTIVE = {"method": "dormand-prince-5-adaptive", "step": None}
+ADAPTIVE = {"method": "dormand-prince-5-adaptive", "step": None, "compiled": False}
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +69,7 @@ def test_in_tau() -> None:
     problem, seen = dataclasses.replace(PROBLEM, time="tau", clock=pace), []
     for end in ({"tau_end": 30.0}, {"t_end": 40.0}, {"tau_end": 20.0, "clock": False}):
         seen.clear()
-        gi.solve(problem, Y0, step=0.1, method="rk-4", callback=seen.append, **end)
+        gi.solve(problem, Y0, step=0.1, method="rk-4", callback=seen.append, compiled=False, **end)
         assert len(seen) > 2
         for reached in seen:
             assert reached.tau == pytest.approx(0.1 * reached.steps)

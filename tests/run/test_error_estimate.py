@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from tests.run.motions import solve
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
@@ -136,6 +137,6 @@ def test_a_finer_run_that_fails() -> None:
     """A coarse step may leap over what a finer one finds: the run stays, with a warning."""
     problem = gi.Problem("blowing up", (("x", 1),), field=blowing)
     with pytest.warns(gi.GeomintWarning, match="no error estimate"):
-        sol = gi.solve(problem, [1.0], t_end=3.0, method="rk-4", step=1.0, estimate_error=True)
+        sol = solve(problem, [1.0], t_end=3.0, method="rk-4", step=1.0, estimate_error=True)
     assert sol.success
     assert sol.error_estimate is None

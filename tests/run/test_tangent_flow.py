@@ -102,7 +102,7 @@ def test_slopes_may_grow(name: str, problem: str) -> None:
 
 
 @given(
-    st.sampled_from(["gauss-1", "gauss-3", "gauss-8", "gauss-1-suzuki-4"]),
+    st.sampled_from(["gauss-1", "gauss-8", "gauss-1-suzuki-4"]),
     st.floats(0.05, 0.6),
     st.sampled_from([1.0, 0.0, 1e-150]),
 )
@@ -262,6 +262,6 @@ def test_wrong_input_of_integrators() -> None:
     with pytest.raises(gi.DomainError, match="carries none"):
         _ = gi.Integrator(**given).tangents
     with pytest.raises(gi.MethodError, match="no steps of a given length"):
-        gi.Integrator(**{**given, "method": "dop853-adaptive"}, tangents=1)
+        gi.Integrator(**{**given, "method": "dop853-adaptive"}, tangents=1, compiled=False)
     with pytest.raises(gi.DomainError, match="compiled"):
         gi.Integrator(**given, tangents=1, compiled=False)
