@@ -18,7 +18,6 @@ from tests.problems import so_n_flow
 SHARP = ch.ellipsoid_problem([1.0, 900.0, 900.0])  # semi-axes 1, 30, 30
 FLAT = ch.ellipsoid_problem([1.0, 25.0, 900.0])
 GAUSS = gi.Gauss(8)
-PLAIN = {"method": GAUSS, "compiled": False}
 END = 300.0
 
 
@@ -120,16 +119,17 @@ def test_the_order_is_that_of_the_method(clock: str, step: float) -> None:
 )
 def test_nothing_drifts(clock: str, step: float) -> None:
     """But the density of another flow, that of t watched in τ: what μ/σ is for."""
-    kept = ("energy", "joachimsthal", "ellipsoid", "tangency")
+    kept = ("energy", "joachimsthal", "ellipsoid", "tangency", "measure")
     problem, y = uneven(FLAT, clock), state(FLAT)
     run = {"method": GAUSS, "step": step, "clock": False}
     drift = gi.solve(problem, y, tau_end=5000 * step, observe=kept, **run).drift
-    for name in kept:
+    for name in kept[:-1]:
         assert drift[name].max_abs_error < 2e-14, name
-    run |= {"tau_end": 4 * step, "observe": ["measure"], "compiled": False}
+    assert drift["measure"].drift_class in ("roundoff", "bounded", "sqrt", "undetermined")
+    assert drift["measure"].max_abs_error < 1e-9
     wrong = replace(problem, measure=FLAT.measure)
-    right, lost = (gi.solve(p, y, **run).drift["measure"].max_abs_error for p in (problem, wrong))
-    assert right < 1e-11 < 1e-3 < lost
+    lost = gi.solve(wrong, y, tau_end=100 * step, observe=["measure"], **run)
+    assert lost.drift["measure"].max_abs_error > 1e-2
 
 
 @pytest.mark.parametrize("clock", ["speed", "energy"])
@@ -164,23 +164,23 @@ def test_forms_and_measures_agree(problem: gi.Problem, clock: str) -> None:
 @pytest.mark.parametrize("sigma", [2.0, 2.0**400, 2.0**-400])
 def test_a_constant_clock_changes_no_bit(sigma: float) -> None:
     y, problem = [2.0, 0.5], replace(PENDULUM, params=[1.0, sigma])
-    even = gi.solve(problem, y, t_end=5.0, step=0.25, **PLAIN)
+    even = gi.solve(problem, y, t_end=20.0, method=GAUSS, step=0.25)
     other = gi.time_transformed(problem, second_number, y)
-    sol = gi.solve(other, y, tau_end=5.0 / sigma, step=0.25 / sigma, **PLAIN)
+    sol = gi.solve(other, y, tau_end=20.0 / sigma, method=GAUSS, step=0.25 / sigma)
     assert sol.y.tobytes() == even.y.tobytes()
-    assert sol.t[-1] == pytest.approx(5.0, rel=1e-13)
+    assert sol.t[-1] == pytest.approx(20.0, rel=1e-13)
     assert sol.evaluations == even.evaluations
 
 
 def test_at_rest_and_from_rest() -> None:
     still = gi.time_transformed(PENDULUM, "speed", [0.0, 0.0])
-    sol = gi.solve(still, [0.0, 0.0], t_end=10.0, step=0.5, **PLAIN)
+    sol = gi.solve(still, [0.0, 0.0], t_end=10.0, method=GAUSS, step=0.5)
     assert sol.y[-1].tolist() == [0.0, 0.0]
     assert sol.t[-1] == pytest.approx(10.0)
     for y in ([2.0, 0.0], [0.0, 1.0], [1e-150, 0.0]):
         falling = gi.time_transformed(PENDULUM, "speed", y)
-        even = gi.solve(PENDULUM, y, t_end=2.0, step=0.2, **PLAIN)
-        sol = gi.solve(falling, y, t_end=2.0, step=0.2, **PLAIN)
+        even = gi.solve(PENDULUM, y, t_end=10.0, method=GAUSS, step=0.1)
+        sol = gi.solve(falling, y, t_end=10.0, method=GAUSS, step=0.1)
         assert off(PENDULUM, sol.y[-1], even.y[-1]) < 1e-12, y
 
 
@@ -248,9 +248,8 @@ def test_scenes() -> None:
     assert scene.changed(time={"t_end": 5.0}).problem is own
     other = scene.changed(time={"clock": "speed"}, integrate={"step": 0.5})
     assert other.problem.time == "tau"
-    run = gi.run_scene(scene.changed(time={"t_end": 20.0}))
-    plain = gi.solve(other.problem, other.state, t_end=20.0, step=0.5, **PLAIN)
-    assert off(FLAT, run.y[-1], plain.y[-1]) < 1e-7
+    ends = [gi.run_scene(s) for s in (scene, other)]
+    assert off(FLAT, ends[0].y[-1], ends[1].y[-1]) < 1e-7
     explicit = gi.make_plan(scene.changed_integration("rattle-2", 0.1))
     assert explicit.problem.time == "t"  # a form that the scene's own representation has not
     for clock, said in (("sped", "Did you mean 'speed'"), ("tangency", "clock > 0")):

@@ -23,12 +23,6 @@ SWITCH, END, STEP = math.sqrt(0.5), 2.0, 0.1
 STARTS = {"pendulum": SWINGING, "sphere": SWINGING, "body": TURNING}
 
 
-def solve(problem: Any, y0: Any = None, *, method: Any = None, **given: Any) -> gi.Solution:
-    """A run in plain Python, but for one method."""
-    compiled = y0 is not None and method in (None, "gauss-8")
-    return gi.solve(problem, y0, method=method, compiled=compiled, **given)
-
-
 def late(params: Any, t: Any) -> Any:
     """1 behind the time of the switch, 0 before it, and at it as the second parameter says."""
     return gi.select(t > params[0], 1.0, gi.select(t < params[0], 0.0, params[1]))
@@ -47,7 +41,7 @@ def joined(kind: str, method: Any, sign: float, end: float = END) -> tuple[np.nd
         side = problem(kind, NEVER if (k == 0) == (sign > 0.0) else -NEVER)
         span = abs(until - begin)
         step = None if gi.find_method(method).adaptive else span / math.ceil(span / STEP)
-        sol = solve(side, y, t0=begin, t_end=until, method=method, step=step)
+        sol = gi.solve(side, y, t0=begin, t_end=until, method=method, step=step)
         y, steps = sol.y[-1], steps + sol.steps
     return y, steps
 
@@ -63,7 +57,7 @@ def ended(kind: str, name: str, sign: float = 1.0, at_it: float = 1.0, **more: A
     begin, end = (0.0, END) if sign > 0.0 else (END, 0.0)
     step = {} if gi.find_method(name).adaptive or "tolerance" in more else {"step": STEP}
     given = {"t0": begin, "t_end": end, "method": name, "breaks": [SWITCH], **step, **more}
-    return solve(problem(kind, at_it=at_it), STARTS[kind], **given)
+    return gi.solve(problem(kind, at_it=at_it), STARTS[kind], **given)
 
 
 def bound_of(name: str, *bounds: float) -> float:
@@ -95,7 +89,7 @@ def test_states_asked_for_lie_on_the_same_motion(name: str, kind: str, sign: flo
     times = np.array([0.013, 0.4, *near, SWITCH + 1e-3, 1.41, 1.987])[:: int(sign)]
     given: dict[str, Any] = {"dense": True, "events": ["m[1]" if kind == "body" else "q[2]"]}
     sol = ended(kind, name, sign, t_eval=times, **given)
-    fine = ended(kind, name, sign, step=STEP / 16, t_eval=times, **given)
+    fine = ended(kind, name, sign, step=STEP / 32, t_eval=times, **given)
     bound = bound_of(name, 1e-2, 1e-2, 1e-3, 1e-3, 1e-12)
     np.testing.assert_array_equal(sol.t, times)
     np.testing.assert_allclose(sol.y, fine.y, rtol=0, atol=bound)
@@ -124,7 +118,7 @@ def test_an_event_ends_the_run_in_a_later_stretch(name: str, kind: str) -> None:
     if not gi.find_method(name).adaptive:
         assert sol.steps == count - 1
         np.testing.assert_array_equal(sol.y[:-1], whole.y[:count])
-        on = solve(sol, t_end=whole.t[-1])
+        on = gi.solve(sol, t_end=whole.t[-1])
         np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=1e-13)
     once = ended(kind, name, events={"now": gi.Event(SINCE)})
     np.testing.assert_allclose(once.t_events[0], [SWITCH], rtol=0, atol=1e-15)
@@ -136,7 +130,7 @@ def test_an_estimate_is_that_of_all_stretches(name: str, kind: str, more: list[f
     """Also of those that are one step, of whatever length; of states before a break, too."""
     given: dict[str, Any] = {"t_eval": [0.35, 0.55, END]} if not more else {}
     sol = ended(kind, name, estimate_error=True, breaks=[SWITCH, *more], **given)
-    error = sol.y - ended(kind, name, step=STEP / 32, **given).y
+    error = sol.y - ended(kind, name, step=STEP / 64, **given).y
     bound = max(0.1 * np.abs(error).max(), 1e-13)
     np.testing.assert_allclose(sol.error_estimate, error, rtol=0, atol=bound)
 
@@ -144,7 +138,7 @@ def test_an_estimate_is_that_of_all_stretches(name: str, kind: str, more: list[f
 @few
 def test_local_errors_know_of_no_switch(name: str, kind: str) -> None:
     """They are those of a motion without one, also where stretches are shorter than a window."""
-    still = solve(problem(kind, -NEVER), STARTS[kind], t_end=END, method=name, step=STEP)
+    still = gi.solve(problem(kind, -NEVER), STARTS[kind], t_end=END, method=name, step=STEP)
     more: Any = [[], [0.11, 0.2, 0.22, 1.1, 1.14], [SWITCH - 0.12, *SHORT[1:], 1.99]]
     for breaks in more:
         error = ended(kind, name, breaks=[SWITCH, *breaks]).local_error
@@ -159,9 +153,9 @@ def test_local_errors_know_of_no_switch(name: str, kind: str) -> None:
 def test_tolerances_hold(name: str | None, early: list[float]) -> None:
     given = {"t_end": 12.0, "breaks": [SWITCH, 3.3, *early]}
     sphere = problem("sphere"), STARTS["sphere"]
-    fine = solve(*sphere, method="gauss-8", step=0.03, **given).y[-1]
+    fine = gi.solve(*sphere, method="gauss-8", step=0.03, **given).y[-1]
     for tolerance in (1e-5, 1e-9):
-        sol = solve(*sphere, method=name, tolerance=tolerance, **given)
+        sol = gi.solve(*sphere, method=name, tolerance=tolerance, **given)
         assert np.abs(sol.y[-1] - fine).max() < 10.0 * tolerance
         assert sol.steps < 200
 
@@ -176,8 +170,8 @@ def test_a_second_run_has_longer_steps_in_every_stretch(apart: float) -> None:
     """Also where stretches are no longer than steps would be."""
     fast = second("chirp", chirp)
     given = {"t_end": 20.0, "breaks": np.arange(apart, 19.9, apart)}
-    sol = solve(fast, [0.7, 0.3], tolerance=1e-9, **given)
-    fine = solve(fast, [0.7, 0.3], t_end=20.0, step=0.01)
+    sol = gi.solve(fast, [0.7, 0.3], tolerance=1e-9, **given)
+    fine = gi.solve(fast, [0.7, 0.3], t_end=20.0, step=0.01)
     error = np.abs((sol.y[-1] - fine.y[-1]) / [0.7, 4.0]).max()
     assert error < 1e-9
     assert sol.end_error.error > error / 30.0
@@ -187,8 +181,8 @@ def test_a_second_run_has_longer_steps_in_every_stretch(apart: float) -> None:
 def test_default_steps_are_those_of_the_motion(name: str | None) -> None:
     kind = "body" if name == "cf-4" else "pendulum"
     given = {"t_end": 12.0, "method": name}
-    sol = solve(problem(kind, 0.03), STARTS[kind], breaks=[0.03], **given)
-    still = solve(problem(kind, NEVER), STARTS[kind], **given)
+    sol = gi.solve(problem(kind, 0.03), STARTS[kind], breaks=[0.03], **given)
+    still = gi.solve(problem(kind, NEVER), STARTS[kind], **given)
     assert sol.steps < 2.5 * still.steps
     assert name is not None or sol.end_error is not None
 
@@ -207,8 +201,8 @@ def test_drifts_are_measured_at_ends() -> None:
 @pytest.mark.parametrize("name", ["rk-4", "gauss-3", "dop853-adaptive"])
 def test_what_is_less_than_a_rounding_adds_up_over_breaks(name: str) -> None:
     creep = first("creep", lambda p, t, y: 1e-16 + 0.0 * y[0])
-    given = {"step": 0.25, "breaks": np.arange(0.5, 100.0, 0.5)}
-    sol = solve(creep, [1.0, 1.0], t_end=100.0, method=name, **given)
+    given = {"step": 0.25, "breaks": np.arange(0.5, 100.0, 0.5), "compiled": name == "rk-4"}
+    sol = gi.solve(creep, [1.0, 1.0], t_end=100.0, method=name, **given)
     assert sol.y[-1, 0] - 1.0 == pytest.approx(1e-14, rel=0.05, abs=0.0)
 
 
@@ -216,13 +210,13 @@ def test_what_is_less_than_a_rounding_adds_up_over_breaks(name: str) -> None:
 def test_a_solution_goes_on(name: str, kind: str, tmp_path: Path) -> None:
     """To a break, from one that had a break, and from a file."""
     whole, half = ended(kind, name), ended(kind, name, breaks=None, t_end=0.5)
-    on = solve(half, t_end=END, breaks=[SWITCH])
+    on = gi.solve(half, t_end=END, breaks=[SWITCH])
     bound = bound_of(name, 1e-2, 1e-2, 1e-3, 1e-3, 1e-5)
     np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=bound)
     once = ended(kind, name, t_end=1.5)
     once.save(tmp_path / "run.nc")
     for former in (once, gi.load(tmp_path / "run.nc", once.problem)):
-        on = solve(former, t_end=END)
+        on = gi.solve(former, t_end=END)
         np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=bound)
 
 
@@ -232,13 +226,13 @@ def test_a_callback_ends_a_run_in_any_stretch(name: str) -> None:
     sol = ended("pendulum", name, breaks=breaks, callback=lambda reached: reached.tau > 1.0)
     assert sol.message == "ended by the callback"
     assert 1.0 < sol.t[-1] < 1.21
-    assert solve(sol, t_end=END).t[-1] == END
+    assert gi.solve(sol, t_end=END).t[-1] == END
 
 
 def test_what_fails_has_its_part() -> None:
     bad = first("lost", lambda p, t, y: gi.select(t < p[0], 1.0, 1.0 / (t - t)), SWITCH)
     with pytest.raises(gi.NonFiniteError) as caught:
-        solve(bad, [0.0, 1.0], t_end=END, method="rk-4", step=STEP, breaks=[SWITCH, 1.5])
+        gi.solve(bad, [0.0, 1.0], t_end=END, method="rk-4", step=STEP, breaks=[SWITCH, 1.5])
     partial = caught.value.partial
     assert caught.value.step == partial.steps == math.ceil(SWITCH / STEP)
     assert partial.y[-1, 0] == pytest.approx(SWITCH, abs=1e-15)
@@ -253,16 +247,17 @@ def test_a_problem_in_tau_has_breaks_in_tau() -> None:
 
     force = lambda p, t, y: -(1.0 + 3.0 * rate(p, t)) * y[0]  # noqa: E731
     timed = second("turned", force, SWITCH, 1.0, time="tau", clock=pace)
-    given: dict[str, Any] = {"method": gi.Gauss(8), "step": STEP, "breaks": [SWITCH]}
+    given: dict[str, Any] = {"method": "gauss-8", "step": STEP, "breaks": [SWITCH]}
+    given["compiled"] = False
     times = [0.5, SWITCH, SWITCH + 0.75, SWITCH + 1.5]
-    sol = solve(timed, [1.0, 0.0], tau_end=END, t_eval=times, **given)
+    sol = gi.solve(timed, [1.0, 0.0], tau_end=END, t_eval=times, **given)
     own = np.array([0.5, SWITCH, SWITCH + 0.5, SWITCH + 1.0])
     on, x, v = 2.0 * (own - SWITCH), math.cos(SWITCH), -math.sin(SWITCH)
     want = np.where(own > SWITCH, x * np.cos(on) + 0.5 * v * np.sin(on), np.cos(own))
     np.testing.assert_allclose(sol.tau, own, rtol=0, atol=1e-14)
     np.testing.assert_allclose(sol.y[:, 0], want, rtol=0, atol=1e-14)
     with pytest.raises(gi.DomainError, match="give tau_end"):
-        solve(timed, [1.0, 0.0], t_end=END, **given)
+        gi.solve(timed, [1.0, 0.0], t_end=END, **given)
 
 
 def test_what_makes_no_sense_is_refused() -> None:
@@ -275,13 +270,13 @@ def test_what_makes_no_sense_is_refused() -> None:
     ):
         given = {"t_end": END, "method": "verlet-2", "step": STEP, "breaks": [SWITCH], **more}
         with pytest.raises(gi.GeomintError, match=match):
-            solve(problem("sphere"), STARTS["sphere"], **given)
+            gi.solve(problem("sphere"), STARTS["sphere"], **given)
 
 
 @pytest.mark.parametrize("more", [{}, {"method": "rk-4"}, {"method": "dop853-adaptive"}])
 @pytest.mark.parametrize("tolerance", [None, 1e-6])
 def test_no_step_is_longer(more: dict[str, Any], tolerance: float | None) -> None:
     given = {"t_end": 5.0, "tolerance": tolerance, "longest": 0.03, **more}
-    sol = solve(problem("pendulum", NEVER), STARTS["pendulum"], **given)
+    sol = gi.solve(problem("pendulum", NEVER), STARTS["pendulum"], **given)
     assert sol.step_sizes.max <= 0.03 * (1.0 + 1e-9)
-    assert solve(sol, t_end=6.0).step_sizes.max <= 0.03 * (1.0 + 1e-9)
+    assert gi.solve(sol, t_end=6.0).step_sizes.max <= 0.03 * (1.0 + 1e-9)
