@@ -183,18 +183,6 @@ def weights() -> dict[str, dict[str, int]]:
     return found
 
 
-@functools.cache
-def results(script: str, *given: str) -> dict[str, Any]:
-    """Return what a benchmark writes."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(__file__).with_name(script)
-        command = [sys.executable, str(path), *given, "--out", folder, "--images", folder]
-        known = environment(ROOT, CACHE / path.stem)
-        subprocess.run(command, check=True, capture_output=True, env=known)
-        found: dict[str, Any] = json.loads((Path(folder) / f"{path.stem}.json").read_text())
-    return found
-
-
 # --- tests ----------------------------------------------------------------------------------------
 
 

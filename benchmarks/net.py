@@ -51,9 +51,8 @@ def row(checkout: Path, times: int) -> list[dict[str, Any]]:
             minutes = (time.monotonic() - begun) / 60
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             processor = after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
-            seconds, count = folders(told)
-            took = {"tests": count, "processor": processor, "minutes": minutes, "folders": seconds}
-            found.append(took)
+            took = {"processor": processor, "minutes": minutes}
+            found.append(took | dict(zip(("folders", "tests"), folders(told), strict=True)))
     return found
 
 
@@ -88,24 +87,15 @@ def draw(rows: dict[str, dict[str, Any]], path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=ROOT / "benchmarks" / "results")
-    parser.add_argument("--images", type=Path, default=ROOT / "docs" / "images")
     parser.add_argument("--now", action="store_true", help="what was before is known")
-    given = parser.parse_args()
+    known = parser.parse_args().now
     signal.signal(signal.SIGINT, signal.default_int_handler)  # tests send it; shells may ignore it
-    path, name, rows = given.out / "net.json", "before, cold", dict[str, Any]()
-    rows[name] = json.loads(path.read_text("utf-8"))["rows"][name] if given.now else None
-
-    def keep() -> None:
-        record = {"machine": describe(["geomint", "numba", "pytest"]), "rows": rows}
-        path.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
-
-    if not given.now:
-        (rows[name],) = row(before(), 1)
-        keep()
-    rows["now, cold"], rows["now, warm"] = row(ROOT, 2)
-    keep()
-    draw(rows, given.images / "net.png")
+    path, name = ROOT / "benchmarks" / "results" / "net.json", "before, cold"
+    old = json.loads(path.read_text("utf-8"))["rows"][name] if known else row(before(), 1)[0]
+    rows = {name: old, **dict(zip(("now, cold", "now, warm"), row(ROOT, 2), strict=True))}
+    record = {"machine": describe(["geomint", "numba", "pytest"]), "rows": rows}
+    path.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
+    draw(rows, ROOT / "docs" / "images" / "net.png")
     for name, took in rows.items():
         print(name, f"{took['processor']:.0f} s of processor time, {took['minutes']:.2f} min")
 

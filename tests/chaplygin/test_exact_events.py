@@ -111,14 +111,11 @@ def test_roots_where_two_pieces_of_the_search_meet() -> None:
     y0 = SPHERE.random_state(1)
     quarter = 0.5 * math.pi / float(np.abs(SPHERE.exact(y0).frequencies).max())
 
-    @gi.event
-    def turning(params: Any, t: Any, y: Any, work: Any) -> Any:
-        return gi.sin((math.pi / quarter) * t)
-
+    turns = {"it": gi.event(lambda params, t, y, work: gi.sin((math.pi / quarter) * t))}
     for sign in (1.0, -1.0):
-        sol = gi.solve(SPHERE, y0, tau_end=sign * 99.5 * quarter, method="exact", events=[turning])
-        met, known = sol.events["turning"], quarter * np.arange(1, 100)
-        np.testing.assert_allclose(sign * met.tau, known, rtol=1e-14)
+        end = sign * 99.5 * quarter
+        met = gi.solve(SPHERE, y0, tau_end=end, method="exact", events=turns).events["it"]
+        np.testing.assert_allclose(sign * met.tau, quarter * np.arange(1, 100), rtol=1e-14)
         np.testing.assert_array_equal(sign * met.directions, (-1.0) ** np.arange(1, 100))
 
 

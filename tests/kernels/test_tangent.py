@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import Any
 
 import mpmath as mp
@@ -62,8 +62,7 @@ OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
     "select a number": lambda x, y: select(x < y, 1.0, y) * x + select(x >= 0.0, 1.0, y),
     "like": lambda x, y: like(2.0, x) * x,
 }
-# In lanes at night all of them, in the fast row those of every kind; they are compiled as one.
-FEW = ("add a number", "divide", "in place", "fma of numbers", "sqrt", "sin", "select a number")
+MOST, COUNT = len(OPERATIONS), len(OPERATIONS) + 1
 
 
 def exact(f: Any, x: float, y: float, directions: np.ndarray) -> tuple[Any, list[Any]]:
@@ -97,34 +96,31 @@ def test_operations(seed: int) -> None:
         np.testing.assert_array_equal(lanes.slopes, np.repeat(found.slopes[:, None], 8, 1), name)
 
 
-def swept(names: Collection[str]) -> Any:
-    """Write the results of operations, and one that looks at all lanes."""
-    space = {f"f{k}": gi.helper(OPERATIONS[name]) for k, name in enumerate(names)}
-    most = len(names)
-    lines = [f"    out[{k}] = f{k}(y[0], y[1])\n" for k in range(most)]
-    exec("def operations(y, out):\n" + "".join(lines), space)
-    operations = gi.helper(space["operations"])
+def swept() -> Any:
+    """Write the results of all operations, and one that looks at all lanes."""
+    space = {f"f{k}": gi.helper(f) for k, f in enumerate(OPERATIONS.values())}
+    lines = [f"    out[{k}] = f{k}(y[0], y[1])\n" for k in range(MOST)]
+    exec("def all_operations(y, out):\n" + "".join(lines), space)
+    operations = gi.helper(space["all_operations"])
 
     @gi.helper
-    def and_all_lanes(y, out):
+    def all_operations(y, out):
         operations(y, out)
-        out[most] = gi.top(y[0]) * epsilon(y[0]) * y[1]
+        out[MOST] = gi.top(y[0]) * epsilon(y[0]) * y[1]
 
-    return and_all_lanes
+    return all_operations
 
 
-def swept_in_lanes(operations: Any, count: int) -> Any:
-    """The same in lanes, and what mixes lanes with numbers."""
+all_operations = swept()
 
-    @gi.helper
-    def in_lanes(y, out):
-        operations(as_lanes(y, 0, 2), as_lanes(out, 0, count))
-        eight, results = as_lanes(y, 0, 2), as_lanes(out, 8 * count, 3)
-        results[0] = eight[0] * lane(eight[1], 3) + y[2]
-        results[1] = fma(0.0 * gi.top(eight[0]) + lane(eight[0], 5), eight[1], y[1])
-        results[2] = select(eight[0] < eight[1], eight[0], eight[1])
 
-    return in_lanes
+@gi.helper
+def all_in_lanes(y, out):
+    all_operations(as_lanes(y, 0, 2), as_lanes(out, 0, COUNT))
+    eight, results = as_lanes(y, 0, 2), as_lanes(out, 8 * COUNT, 3)
+    results[0] = eight[0] * lane(eight[1], 3) + y[2]
+    results[1] = fma(0.0 * gi.top(eight[0]) + lane(eight[0], 5), eight[1], y[1])
+    results[2] = select(eight[0] < eight[1], eight[0], eight[1])
 
 
 def compiled(function: Any, block: Any, *sizes: int) -> list[Any]:
@@ -140,34 +136,28 @@ def compiled(function: Any, block: Any, *sizes: int) -> list[Any]:
 @pytest.mark.parametrize("directions", [8, pytest.param(16, marks=pytest.mark.nightly)])
 def test_compiled_numbers(directions: int) -> None:
     """To the bits of plain Python; the values are those of plain numbers."""
-    operations, count = swept(OPERATIONS), len(OPERATIONS) + 1
-    y, out = compiled(operations, tangent(directions).block, 2, count)
-    again, plain = type(out)(np.zeros(len(out.data))), Block(np.zeros(count))
-    operations.function(y, again)
+    y, out = compiled(all_operations, tangent(directions).block, 2, COUNT)
+    again, plain = type(out)(np.zeros(len(out.data))), Block(np.zeros(COUNT))
+    all_operations.function(y, again)
     np.testing.assert_array_equal(out.data, again.data)
-    rows = out.data.reshape(count, -1)
+    rows = out.data.reshape(COUNT, -1)
     assert (rows[:, 0] != 0).all()
     assert (np.abs(rows[:, 1:]).max(axis=1) > 0).all()
-    operations.function(Block(y.data[:: 1 + directions].copy()), plain)
+    all_operations.function(Block(y.data[:: 1 + directions].copy()), plain)
     np.testing.assert_array_equal(plain.data, rows[:, 0])
 
 
-@pytest.mark.parametrize(
-    ("directions", "names"),
-    [(1, FEW), *(pytest.param(d, [*OPERATIONS], marks=pytest.mark.nightly) for d in (1, 8))],
-    ids=["few", "all", "eight"],
-)
-def test_compiled_lanes(directions: int, names: Collection[str]) -> None:
+@pytest.mark.parametrize("directions", [1, pytest.param(8, marks=pytest.mark.nightly)])
+def test_compiled_lanes(directions: int) -> None:
     """Lane by lane what single numbers give."""
-    operations, most = swept(names), len(names)
-    memory, width = tangent_lanes(directions).memory, 1 + directions
-    y, out = compiled(swept_in_lanes(operations, most + 1), memory, 16, 8 * (most + 4))
-    found = out.data.reshape(most + 4, width, 8)
+    y, out = compiled(all_in_lanes, tangent_lanes(directions).memory, 16, 8 * (COUNT + 3))
+    width = 1 + directions
+    found = out.data.reshape(COUNT + 3, width, 8)
     given = y.data.reshape(2, width, 8)
     for k in range(8):
-        one, expected = type(y)(given[:, :, k].ravel()), type(y)(np.zeros((most + 1) * width))
-        operations.function(one, expected)
-        np.testing.assert_array_equal(found[:most, :, k].ravel(), expected.data[: most * width])
+        one, expected = type(y)(given[:, :, k].ravel()), type(y)(np.zeros(COUNT * width))
+        all_operations.function(one, expected)
+        np.testing.assert_array_equal(found[:MOST, :, k].ravel(), expected.data[: MOST * width])
     numbers = y.data.reshape(16, width)
     x = [Tangent(Lanes(row[0]), row[1:]) for row in given]
     third = Tangent(given[1, 0, 3], given[1, 1:, 3])
@@ -178,6 +168,6 @@ def test_compiled_lanes(directions: int, names: Collection[str]) -> None:
         fma(fifth, x[1], single[1]),
         select(x[0] < x[1], x[0], x[1]),
     )
-    for row, number in zip(found[most + 1 :], expected, strict=True):
+    for row, number in zip(found[COUNT:], expected, strict=True):
         np.testing.assert_array_equal(row[0], number.value)
         np.testing.assert_array_equal(row[1:], number.slopes)

@@ -28,7 +28,7 @@ class Reach:
     def __init__(self, config: pytest.Config) -> None:
         self.lines: dict[str, dict[str, set[int]]] = defaultdict(lambda: defaultdict(set))
         self.seconds = Counter[str]()
-        alone = not getattr(config.known_args_namespace, "numprocesses", None)
+        alone = not config.known_args_namespace.numprocesses
         self._traced = alone or "PYTEST_XDIST_WORKER" in os.environ
         self._coverage = Coverage(data_file=None, source=[str(SOURCES)], config_file=False)
         if self._traced:
