@@ -41,7 +41,7 @@ def test_it_is_the_motion(f1, equal, seed):
     middle = problem.canonical(exact(3.0))
     again = problem.exact(middle)(4.0)
     np.testing.assert_allclose(again, exact(7.0), rtol=0, atol=1e-12 * (1.0 + exact.condition))
-    moved = turned(exact.angles(middle) - exact.angles(exact(3.0)))
+    moved = turned(exact.angles(middle) - exact.start - exact.frequencies * exact.tau(3.0))
     np.testing.assert_allclose(moved, 0, atol=1e-11)
 
 
