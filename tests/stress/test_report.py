@@ -1,6 +1,7 @@
 """The command, its files and its exit code."""
 
 import dataclasses
+import itertools
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -105,9 +106,9 @@ def test_the_report_counts_references(stressed):
 
 def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
     """All that is drawn of every axis with all its values lies on the figure, nothing on top."""
-    methods, figures = gi.method_names(), []
+    methods, figures, verdicts = gi.method_names(), [], itertools.cycle(VERDICTS)
     made = [
-        Cell(c.system, c.axis.name, c.value, c.text, c.n, m, "ok", error=0.0)
+        Cell(c.system, c.axis.name, c.value, c.text, c.n, m, next(verdicts), error=0.0)
         for c in CASES
         for m in (methods[0], methods[-1])
     ]
