@@ -3,7 +3,7 @@
 The packages of this environment and the commit `BEFORE` of `floors.py` are used; compiled code is kept
 in a new folder and the checkout's bytecode goes, so the first run of each is cold, as in a fresh clone.
 Tests of the installation itself fail here, and are named. Nothing else may run on the machine.
-Writes ``results/net.json`` and ``docs/images/net.png``; with ``--now`` that of before is kept.
+Writes ``results/net.json`` and ``docs/images/net.png``; with ``--now`` the row of before is kept.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def draw(rows: dict[str, dict[str, Any]], path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--now", action="store_true", help="what was before is known")
+    parser.add_argument("--now", action="store_true", help="keep the row of before")
     known = parser.parse_args().now
     signal.signal(signal.SIGINT, signal.default_int_handler)  # tests send it; shells may ignore it
     path, name = ROOT / "benchmarks" / "results" / "net.json", "before, cold"

@@ -35,7 +35,7 @@ def tangents(p: gi.Problem, y: np.ndarray, scales: np.ndarray) -> np.ndarray:
 MEASURED = [("rk-4", "henon-heiles"), ("gauss-8", "moving")]
 LATE = [("dop853", "sphere-metric"), ("rk-4", "lotka-volterra"), ("rattle-2", "moving")]
 LATE += [("rkmk-4", "pulsating-body"), ("rattle-2", "sphere-metric"), ("verlet-2", "moving")]
-LATE += [("lobatto-3", "moving"), ("verlet-4", "abc-flow")]
+LATE += [("lobatto-3", "moving"), ("verlet-4", "abc-flow"), ("cf-4", "pulsating-body")]
 
 
 @pairs(MEASURED + LATE, MEASURED)
