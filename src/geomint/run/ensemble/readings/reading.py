@@ -47,7 +47,7 @@ class Ran:
     def ended(self) -> Integers:
         """The numbers of members that have come to their ends."""
         early = np.isin(self.found.status.astype(str), ENDED_EARLY)
-        return np.flatnonzero(~early & (self.found.counts > 0))
+        return np.flatnonzero(~early)
 
     def problem(self, k: int) -> Problem:
         """Return the problem of a member."""
