@@ -82,7 +82,7 @@ helper-died kernels geomint.kernels.compiling.beside:Other._read
   self._set("") → pass
 other-version sending geomint.kernels.compiling.sending:_there
   A worker with another version of a module computes something else.
-  if code is None or described(code).digest != digest: → if code is None:
+  or described(code).digest != digest: → or False:
 atan2-slope kernels geomint.kernels.numbers.tangent:_of_atan2
   Derivatives of atan2 by its second argument have the wrong sign.
   -y / square / size → y / square / size

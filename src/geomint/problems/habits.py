@@ -5,7 +5,6 @@ function is not accepted here and refused there, the rules of `geomint.field` ar
 either of them runs it, in all functions that are reached.
 """
 
-import builtins
 import math
 from collections.abc import Iterator
 from dis import get_instructions
@@ -16,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernels.compiling.code import Path, paths_in
+from ..kernels.compiling.contents import MISSING, home_of, looked_up
+from ..kernels.compiling.fingerprint import KERNELS, LIBRARIES
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.walk import KERNELS, LIBRARIES, MISSING, content_of, home_of
 from ..kernels.numbers.arithmetic import of_numpy
 from ..kernels.numbers.tangent import PARTIALS
 
@@ -112,17 +112,9 @@ def _habits(function: FunctionType, code: CodeType) -> Iterator[tuple[str, int |
 
 def _read(function: FunctionType, path: Path) -> tuple[str, Any]:
     """Return what a path leads to, up to the first value that is no module, and by what name."""
-    name = path.name
-    if path.cell:
-        cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
-        found = content_of(cells[path.name]) if path.name in cells else MISSING
-    else:
-        found = function.__globals__.get(path.name, getattr(builtins, path.name, MISSING))
-    for word in path.attributes:
-        if not isinstance(found, ModuleType):
-            break
-        found, name = getattr(found, word, MISSING), f"{name}.{word}"
-    return name, found
+    steps = [*looked_up(function, path)]
+    words = (word for space, word, _ in steps if isinstance(space, ModuleType))
+    return ".".join([path.name, *words]), steps[-1][2] if steps else MISSING
 
 
 def _of_value(name: str, value: Any) -> str | None:
@@ -156,6 +148,6 @@ def _of_plain_function(name: str, function: FunctionType) -> str | None:
     library = home.partition(".")[0]
     if library == "numpy":
         return f"calls {name}: write loops over rows"
-    if home.startswith(KERNELS + ".") or library in LIBRARIES:
+    if home.startswith(KERNELS) or library in LIBRARIES:
         return None
     return f"calls {name}, a plain function: record it with gi.helper"

@@ -86,6 +86,8 @@ def described(code: types.CodeType) -> Code:
             inner = described(value)
             paths.update(dict.fromkeys(inner.paths))
             words |= inner.words
+    read = {path.name for path in paths if path.cell}
+    paths.update((Path(True, name, ()), None) for name in code.co_freevars if name not in read)
     names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
     counts = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
     pieces = (code.co_code, code.co_exceptiontable, constant(names), constant(counts))

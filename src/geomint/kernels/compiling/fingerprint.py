@@ -1,23 +1,56 @@
 """What a function reaches: one fingerprint of it, and whether it is still as it was.
 
 numba compiles what a function reaches into machine code, and sees no later change. So that no stale
-code runs, a function is walked once (`geomint.kernels.compiling.walk`): what it reaches is hashed,
-and where each value was found is kept. `Reach.holds` looks there again: for the same objects, and
-for the same content of those that can be changed.
+code runs, its contents are gone through once, as far as numba may freeze them, and where each value
+was found is kept. `Reach.holds` looks there again: for the same objects, and for the same content of
+those that can be changed.
+
+Global names, closure cells, default values and attributes of modules are followed, through helpers,
+containers and modules, to values that have a content. A module that is read other than by
+``module.name`` (through a local variable, an argument, a result) counts with every attribute that is
+named anywhere in the code that is reached.
+
+What numba has compiled by itself keeps values where nobody can look: it is listed, and refused by
+`geomint.kernels.compiling.foreign`, as is what has a numba type and no content that could be
+hashed. Values without a numba type cannot be part of compiled code and count with their type alone.
 """
 
+import ctypes
+import enum
 import hashlib
 import itertools
+import operator
 import os
+import types
+from collections.abc import Callable, Iterator
+from typing import Any
 
-from .code import framed
-from .walk import MISSING, Walk, content_of
+import numpy as np
 
+from .code import described, framed
+from .contents import MISSING, Contents, Made, Wrapped, attribute, home_of, name_of
+
+LIBRARIES = {"numpy", "numba", "llvmlite"}  # their versions are part of the cache folder's name
+KERNELS = __name__.rsplit(".", 2)[0] + "."  # so are the sources of this package
+PACKAGE = __name__.partition(".")[0]  # which imports its public names on demand
+BY_ADDRESS = 10**6  # bytes; larger arrays numba does not copy into the code
+_CONTAINERS = (tuple, list, dict, set, frozenset, slice, range)
+_CALLABLES = (
+    *(
+        types.BuiltinFunctionType,
+        types.MethodDescriptorType,
+        types.WrapperDescriptorType,
+        np.ufunc,
+        type(np.sum),
+    ),
+)
+_FOREIGN: Any = ctypes.CFUNCTYPE(None).__base__
+_kernels: dict[types.FunctionType, str] = {}
 _changes = itertools.count()
 _process = os.urandom(16)
 
 
-class Reach:
+class Reach(Contents):
     """What a function reaches, as it is now.
 
     Attributes
@@ -34,22 +67,32 @@ class Reach:
         All that are reached outside of the kernel layer and of libraries.
     """
 
-    def __init__(self, function) -> None:
-        walk = Walk()
-        walk.value(function)
-        walk.follow_modules()
-        digest = hashlib.sha256(framed(*walk.pieces))
-        if not walk.kept:  # no two of these are the same, here or elsewhere
+    def __init__(
+        self, function: Wrapped | types.FunctionType, within: tuple[types.FunctionType, ...] = ()
+    ) -> None:
+        super().__init__()
+        self.kept = True
+        self.compiled: list[tuple[str, Any]] = []
+        self.others: list[tuple[str, Any]] = []
+        self._names: dict[tuple[int, str], tuple[dict[str, Any], str, Any]] = {}
+        self._functions: list[tuple[types.FunctionType, Any, Any, Any]] = []
+        self._cells: dict[int, tuple[types.CellType, Any]] = {}
+        self._tests: list[Callable[[], bool]] = []
+        self._modules: list[types.ModuleType] = []  # that are handed on
+        self._words: set[str] = set()
+        self._within = within
+        digest = hashlib.sha256(framed(self.of(function), *self._handed_on()))
+        if not self.kept:  # no two of these are the same, here or elsewhere
             digest.update(_process + str(next(_changes)).encode())
         self.fingerprint = digest.hexdigest()[:24]
-        self.kept, self.compiled, self.others = walk.kept, walk.compiled, walk.others
-        self._names = list(walk.names.values())
-        self._cells, self._functions, self._tests = walk.cells, walk.functions, walk.tests
-        self.functions = [function for function, *_ in walk.functions]
+
+    @property
+    def functions(self) -> list[types.FunctionType]:
+        return [function for function, *_ in self._functions]
 
     def holds(self) -> bool:
         """Tell whether all of it is still as it was: in a few microseconds for most functions."""
-        for space, name, value in self._names:
+        for space, name, value in self._names.values():
             if space.get(name, MISSING) is not value:
                 return False
         for function, code, defaults, keywords in self._functions:
@@ -57,7 +100,150 @@ class Reach:
                 return False
             if function.__kwdefaults__ is not keywords:
                 return False
-        for cell, value in self._cells:
-            if content_of(cell) is not value:
-                return False
+        try:
+            for cell, value in self._cells.values():
+                if cell.cell_contents is not value:
+                    return False
+        except ValueError:  # it holds nothing yet, or no more
+            return False
         return all(test() for test in self._tests)
+
+    def _handed_on(self) -> Iterator[bytes]:
+        """Count what may be read from modules that are handed on, until nothing new is met."""
+        done: set[tuple[int, str]] = set()
+        while pairs := {(i, x) for i in range(len(self._modules)) for x in self._words} - done:
+            done |= pairs
+            for i, word in sorted(pairs):
+                module = self._modules[i]
+                found = attribute(module, word)
+                self.look(module, word, found)
+                if found is not MISSING:
+                    self.place = f"{module.__name__}.{word}"
+                    yield framed(self.place.encode(), self.of(found))
+        if self._modules:  # which numba's own functions for these keep
+            self.compiled += [(p, v) for p, v in self.others if v is getattr or v is hasattr]
+
+    def look(self, space, name: str, found, function: types.FunctionType | None = None) -> None:
+        """Keep where something was found; sources of kernels do not change in a process."""
+        if function is not None and home_of(function).startswith(KERNELS):
+            return
+        if isinstance(space, types.CellType):
+            self._cells[id(space)] = space, found
+        elif isinstance(space, types.ModuleType):
+            present = vars(space).get(name, MISSING)
+            if present is not found and space.__name__ != PACKAGE:  # made when it is asked for
+                self._tests.append(lambda: attribute(space, name) is found)
+            self.look(vars(space), name, present)
+        else:
+            self._names[id(space), name] = space, name, found
+
+    def recorded(self, value: Wrapped) -> Made:
+        self.look(vars(value), "function", value.function)
+        words, parts = self._followed(value.function)
+        return ("recorded", value.inline, *words), parts
+
+    def function(self, function: types.FunctionType) -> Made:
+        """Count a function that is not recorded: compiled code has an implementation instead."""
+        home = home_of(function)
+        self.others.append((self.place, function))
+        if home.partition(".")[0] in LIBRARIES or home.startswith(KERNELS):
+            return ("library", home, function.__qualname__), ()
+        return self._followed(function)
+
+    def _followed(self, function: types.FunctionType) -> Made:
+        own, code = home_of(function).startswith(KERNELS), described(function.__code__)
+        if own and function.__closure__ is None and function not in self._within:
+            if function not in _kernels:  # found once a process
+                _kernels[function] = Reach(function, (*self._within, function)).fingerprint
+            return ("kernel", _kernels[function]), ()
+        self._words |= code.words
+        if not own:
+            found = (function.__code__, function.__defaults__, function.__kwdefaults__)
+            self._functions.append((function, *found))
+        return self.body(function, code.paths)
+
+    def module(self, value: types.ModuleType) -> Made:
+        self._modules.append(value)
+        return super().module(value)
+
+    def member(self, value: enum.Enum) -> Made:
+        self.look(vars(value), "_value_", value._value_)
+        return super().member(value)
+
+    def container(self, value) -> Made:
+        if not isinstance(value, _CONTAINERS):
+            return self.other(value)
+        if isinstance(value, list | dict | set):
+            self._tests.append(_unchanged(value))
+        return super().container(value)
+
+    def array(self, value) -> Made:
+        masked = isinstance(value, np.ma.MaskedArray)
+        if value.dtype.hasobject or value.dtype.char in "gG" or masked:
+            return self.other(value)
+        flags = value.flags
+        if isinstance(value, np.ndarray | np.void):
+            self._steady(_array_state, value)
+            contiguous = flags.c_contiguous or flags.f_contiguous
+            self.kept = self.kept and contiguous and value.nbytes <= BY_ADDRESS
+        words, _ = super().array(value)
+        layout = (flags.c_contiguous, flags.f_contiguous, flags.writeable, flags.aligned)
+        return (*words, layout), ()
+
+    def kind(self, value: type) -> Made:
+        words = ("class", name_of(value))
+        if isinstance(value, enum.EnumMeta):
+            members: dict[str, Any] = dict(value.__members__)  # with other names of the same
+            return (*words, *members), members.values()
+        if issubclass(value, tuple) and hasattr(value, "_fields"):
+            return (*words, *value._fields), (value.__new__,)  # whose defaults count
+        of_numba = type(value).__module__.partition(".")[0] == "numba"
+        (self.compiled if of_numba else self.others).append((self.place, value))
+        return words, ()
+
+    def other(self, value) -> Made:
+        cls = type(value)
+        words = ("other", name_of(cls))
+        if cls.__module__.partition(".")[0] == "numba":
+            return (*words, *self._numba(value)), ()
+        if isinstance(value, _FOREIGN) or words[1].startswith("_cffi_backend."):
+            self.kept = False  # an address of this process
+            self._steady(_pointer_state, value)
+        else:
+            self.others.append((self.place, value))
+        if isinstance(value, _CALLABLES):
+            return (*words, value.__name__, getattr(value, "__module__", "")), ()
+        return words, ()
+
+    def _numba(self, value) -> tuple[Any, ...]:
+        """Return words for an object of numba: a type, or something compiled, its own or of others."""
+        from numba.core.types import Boolean, Number
+
+        function = getattr(value, "py_func", None) or getattr(value, "_defn", None)
+        if isinstance(value, Number | Boolean):
+            return (value,)
+        if not function or home_of(function).partition(".")[0] != "numba":
+            self.compiled.append((self.place, value))
+        return (getattr(value, "__qualname__", ""),)
+
+    def _steady(self, state: Callable[[Any], Any], value) -> None:
+        before = state(value)
+        self._tests.append(lambda: state(value) == before)
+
+
+def _unchanged(value: list[Any] | dict[Any, Any] | set[Any]) -> Callable[[], bool]:
+    """Return a test of whether a container holds the same objects."""
+
+    def items() -> list[Any]:
+        return [*value, *value.values()] if isinstance(value, dict) else [*value]
+
+    before = items()
+    return lambda: len(now := items()) == len(before) and all(map(operator.is_, now, before))
+
+
+def _array_state(value) -> tuple[Any, ...]:
+    return value.dtype, value.shape, value.strides, value.flags.writeable, value.tobytes()
+
+
+def _pointer_state(value) -> tuple[Any, ...]:
+    return getattr(value, "restype", None), getattr(value, "argtypes", None)

@@ -15,12 +15,13 @@ from numba.core.registry import cpu_target
 from numba.core.typing.typeof import Purpose, typeof
 
 from ...errors import DomainError
+from .contents import content_of, home_of
+from .fingerprint import KERNELS
 from .recorded import Recorded
-from .walk import KERNELS, content_of, home_of
 
 __all__ = ["NumbaError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
 
-OWN = ("numba.", KERNELS + ".")
+OWN = ("numba.", KERNELS)
 HELPER = "a function recorded by geomint.helper"
 VALUES = "numbers, strings, numpy arrays, tuples of them, modules, or recorded functions"
 

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from typing import Any
 
 from ...errors import DeclarationError, quoted
+from .contents import Wrapped
 from .fingerprint import Reach
 from .sending import Sendable
-from .walk import Wrapped
 
 
 class Recorded(Sendable, Wrapped):

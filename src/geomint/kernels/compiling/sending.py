@@ -21,8 +21,8 @@ from typing import Any
 
 from ...errors import SendingError
 from .code import described
-from .sameness import Compared, contents
-from .walk import Wrapped
+from .contents import MISSING, Wrapped, content_of
+from .sameness import Compared
 
 OTHER = "is another one here: expected the same version of it"
 MOST_KEPT = 2**18  # bytes; of these a process that receives others all the time keeps 256
@@ -52,10 +52,9 @@ class Sendable(Compared):
 
 class _Pickler(pickle.Pickler):
     def reducer_override(self, value):
-        if isinstance(value, types.FunctionType) and value.__module__ != __name__:
+        own = getattr(value, "__module__", None) == __name__  # what makes the others again
+        if isinstance(value, types.FunctionType | Wrapped) and not own:
             return _reduced(value)
-        if isinstance(value, Wrapped):
-            return _reduced_recorded(value)
         if isinstance(value, types.ModuleType):
             return importlib.import_module, (value.__name__,)
         if isinstance(value, Sendable):
@@ -95,21 +94,25 @@ def _found(module: str, name: str):
     return value
 
 
-def _there(module: str, name: str, digest: bytes, whole: bool):
-    """Return a function of a module, or all that it is wrapped in, if its code is the sender's."""
-    found = _imported(module, name)
-    code = getattr(_unwrapped(found), "__code__", None)
-    if code is None or described(code).digest != digest:
-        raise SendingError(name, module, OTHER)
-    return found if whole else _unwrapped(found)
+def _there(module: str, name: str, at: tuple[int, ...], digest: bytes, whole: bool):
+    """Return a function of a module, or all that it is wrapped in, if its code is the sender's.
 
-
-def _imported(module: str, name: str):
-    """Return what a module has in the process that receives it, or raise `SendingError`."""
+    Of one that is made inside of it the place is given too: it is made again, with empty cells.
+    """
     try:
-        return _found(module, name)
+        found = _found(module, name)
     except Exception as error:  # a module may raise anything
         raise SendingError(name, module, f"cannot be imported: {error!r}") from error
+    code = getattr(_unwrapped(found), "__code__", None)
+    for i in at:
+        inside = getattr(code, "co_consts", ())
+        code = inside[i] if i < len(inside) else None
+    if not isinstance(code, types.CodeType) or described(code).digest != digest:
+        raise SendingError(name, module, OTHER)
+    if at:
+        cells = tuple(types.CellType() for _ in code.co_freevars)
+        return types.FunctionType(code, vars(sys.modules[module]), closure=cells)
+    return found if whole else _unwrapped(found)
 
 
 def _unwrapped(value):
@@ -117,10 +120,6 @@ def _unwrapped(value):
     while not isinstance(value, types.FunctionType) and hasattr(value, "__wrapped__"):
         value = value.__wrapped__
     return value
-
-
-def _by_name(module: str, name: str):
-    return _unwrapped(_found(module, name))
 
 
 def _importable(function: types.FunctionType) -> bool:
@@ -135,65 +134,47 @@ def _is_script(main) -> bool:
     return getattr(main, "__file__", None) is not None and not cloudpickle()
 
 
-def _reduced_recorded(recorded: Wrapped):
-    function = recorded.function
-    if _importable(function) and "<locals>" not in function.__qualname__:
-        module, name = function.__module__, _name_in(function.__module__, recorded)
-        if name is not None:
-            return _there, (module, name, _digest(function), True)
-    return type(recorded), (function, recorded.inline)
-
-
-def _name_in(module: str, value) -> str | None:
-    """Return the name under which a module has a value: its own, or another."""
-    name = getattr(value, "__qualname__", "")
-    if _found(module, name) is value:
-        return str(name)
-    space = vars(sys.modules[module])
-    return next((key for key, found in space.items() if found is value), None)
-
-
-def _reduced(function: types.FunctionType):
+def _reduced(value: types.FunctionType | Wrapped):
+    """Return how a function is found or made, by itself or with what it is recorded in."""
+    recorded = isinstance(value, Wrapped)
+    function = value.function if isinstance(value, Wrapped) else value
     if _importable(function):
-        module, name = function.__module__, function.__qualname__
-        digest = _digest(function)
-        if "<locals>" not in name:
-            known = name if _by_name(module, name) is function else _name_in(module, function)
-            if known is not None:
-                return _there, (module, known, digest, False)
-        place = _place(function)
+        module, digest = function.__module__, described(function.__code__).digest
+        name = _name_in(module, function.__qualname__, value)
+        if name is not None:
+            return _there, (module, name, (), digest, recorded)
+        place = None if recorded else _place(function)
         if place is not None:
-            cells = len(function.__closure__ or ())
-            return _made, (module, *place, digest, cells), _state(function), None, None, _fill
+            return _there, (module, *place, digest, False), _state(function), None, None, _fill
+    if isinstance(value, Wrapped):
+        return type(value), (function, value.inline)
     if (library := cloudpickle()) is not None:
         return library.loads, (library.dumps(function),)
     raise SendingError(function.__qualname__, function.__module__)
 
 
-def _digest(function: types.FunctionType) -> bytes:
-    return described(function.__code__).digest
+def _name_in(module: str, name: str, value) -> str | None:
+    """Return the name under which a module has a value: its own, or another."""
+    if "<locals>" in name:  # whose cells may hold something else there
+        return None
+    found = _found(module, name)
+    if found is value or _unwrapped(found) is value:
+        return name
+    return next((key for key, x in vars(sys.modules[module]).items() if x is value), None)
 
 
 def _state(function: types.FunctionType) -> tuple[Any, ...]:
-    return (
-        [contents(cell) for cell in function.__closure__ or ()],
-        function.__defaults__,
-        function.__kwdefaults__,
-        function.__name__,
-        function.__qualname__,
-    )
+    cells = [content_of(cell) for cell in function.__closure__ or ()]
+    names = function.__name__, function.__qualname__
+    return cells, function.__defaults__, function.__kwdefaults__, names
 
 
 def _place(function: types.FunctionType) -> tuple[str, tuple[int, ...]] | None:
     """Return the outermost function's name and the positions of the code in its constants."""
     outer = function.__qualname__.partition(".<locals>")[0]
-    found = _by_name(function.__module__, outer)
-    if not isinstance(found, types.FunctionType):
-        return None
-    for positions, code in _codes(found.__code__):
-        if code is function.__code__:
-            return outer, positions
-    return None
+    found = _unwrapped(_found(function.__module__, outer))
+    inside = _codes(found.__code__) if isinstance(found, types.FunctionType) else ()
+    return next(((outer, at) for at, code in inside if code is function.__code__), None)
 
 
 def _codes(code: types.CodeType) -> Iterator[tuple[tuple[int, ...], types.CodeType]]:
@@ -203,28 +184,12 @@ def _codes(code: types.CodeType) -> Iterator[tuple[tuple[int, ...], types.CodeTy
             yield from (((i, *inner), found) for inner, found in _codes(value))
 
 
-def _made(
-    module: str, outer: str, positions: tuple[int, ...], digest: bytes, cells: int
-) -> types.FunctionType:
-    """Return the function whose code is at that place, with empty cells."""
-    found = _unwrapped(_imported(module, outer))
-    code = getattr(found, "__code__", None)
-    for i in positions:
-        inside = getattr(code, "co_consts", ())
-        code = inside[i] if i < len(inside) else None
-    if not isinstance(code, types.CodeType) or described(code).digest != digest:
-        raise SendingError(outer, module, OTHER)
-    space = vars(importlib.import_module(module))
-    return types.FunctionType(code, space, closure=tuple(types.CellType() for _ in range(cells)))
-
-
 def _fill(function: types.FunctionType, state: tuple[Any, ...]) -> None:
-    cells, defaults, keywords, name, qualified = state
+    cells, function.__defaults__, function.__kwdefaults__, names = state
     for cell, content in zip(function.__closure__ or (), cells, strict=True):
-        for value in content:
-            cell.cell_contents = value
-    function.__defaults__, function.__kwdefaults__ = defaults, keywords
-    function.__name__, function.__qualname__ = name, qualified
+        if content is not MISSING:
+            cell.cell_contents = content
+    function.__name__, function.__qualname__ = names
 
 
 @functools.cache
