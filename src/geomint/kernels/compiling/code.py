@@ -7,7 +7,7 @@ module. Here is which names those are; `geomint.kernels.compiling.fingerprint` l
 import dis
 import functools
 import hashlib
-import struct
+import marshal
 import types
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -47,22 +47,15 @@ def framed(*pieces: bytes) -> bytes:
 def constant(value) -> bytes:
     """Return a constant of code as bytes: the same in every process, others for another type or bit."""
     cls = type(value)
-    name = cls.__name__.encode()
-    if cls is float:
-        return framed(name, struct.pack("<d", value))
-    if cls is complex:
-        return framed(name, struct.pack("<dd", value.real, value.imag))
-    if cls is int:
-        return framed(name, hex(value).encode())
-    if cls is str:
-        return framed(name, value.encode("utf-8", "surrogatepass"))
-    if cls is tuple:
-        return framed(name, *map(constant, value))
-    if cls is frozenset:  # in the order of the bytes: its own depends on the process
-        return framed(name, *sorted(map(constant, value)))
     if cls is types.CodeType:
-        return framed(name, described(value).digest)
-    return framed(name, repr(value).encode())
+        pieces = [described(value).digest]
+    elif cls in (tuple, frozenset):
+        pieces = [*map(constant, value)]
+    else:
+        pieces = [marshal.dumps(value, 2)]  # whose bytes do not depend on who else has the value
+    if cls is frozenset:  # in the order of the bytes: its own depends on the process
+        pieces.sort()
+    return framed(cls.__name__.encode(), *pieces)
 
 
 @functools.lru_cache(maxsize=4096)

@@ -75,9 +75,6 @@ class Contents:
         known = (name for kinds, name in _KINDS.items() if isinstance(value, kinds))
         return getattr(self, next(known, "other"))(value)
 
-    def recorded(self, value: Wrapped) -> Made:
-        return ("recorded", value.fingerprint, value.inline), ()
-
     def function(self, function: types.FunctionType) -> Made:
         """Modules whose attributes it reads are told by their names."""
         paths, followed = described(function.__code__).paths, not _stamped(home_of(function))
@@ -101,23 +98,14 @@ class Contents:
     def look(self, space, name: str, found, function: types.FunctionType | None = None) -> None:
         """Take note of where a function has found something."""
 
-    def module(self, value: types.ModuleType) -> Made:
-        return ("module", value.__name__), ()
-
     def kind(self, value: type) -> Made:
         """Return a class by its name, with its own code where no stamp stands for it."""
-        own = {
-            name: [x.fget, x.fset, x.fdel] if isinstance(x, property) else getattr(x, "__func__", x)
-            for name, x in sorted(vars(value).items())
-            if isinstance(x, _IN_CLASSES) and name not in ("__module__", "__doc__")
-        }
         if _stamped(value.__module__):
             return ("class", name_of(value)), ()
-        types_of_own = (type(vars(value)[name]).__name__ for name in own)
-        return ("class", name_of(value), *own, *types_of_own), [*value.__bases__, *own.values()]
-
-    def member(self, value: enum.Enum) -> Made:
-        return ("member", value._name_), (type(value), value._value_)
+        own = {name: x for name, x in sorted(vars(value).items()) if isinstance(x, _IN_CLASSES)}
+        for name in ("__module__", "__doc__"):
+            own.pop(name, None)
+        return ("class", name_of(value), *own), [*value.__bases__, *own.values()]
 
     def array(self, value) -> Made:
         words = name_of(type(value)), repr(value.dtype), value.shape
@@ -125,41 +113,47 @@ class Contents:
             return words, (value.tolist(),)
         return (*words, value.tobytes()), ()
 
-    def dtype(self, value) -> Made:
-        return ("dtype", repr(value)), ()
-
     def container(self, value) -> Made:
         words = name_of(type(value)), *getattr(value, "_fields", ())
         if isinstance(value, set | frozenset):  # in an order that is not the process's own
             return (*words, *sorted(map(self.of, value))), ()
-        if isinstance(value, slice | range):
-            return words, (value.start, value.stop, value.step)
         return words, [*value, *value.values()] if isinstance(value, Mapping) else value
 
     def other(self, value) -> Made:
+        """Return an object as its fields, or as what pickle would make it of; else by its name."""
+        for kinds, names in _ATTRIBUTES.items():
+            if isinstance(value, kinds):
+                return (), (type(value), *(getattr(value, name) for name in names.split()))
         fields = value._compared() if hasattr(type(value), "_compared") else fields_of(value)
-        if isinstance(value, types.MethodType):
-            fields = [value.__func__, value.__self__]
         return self.unknown(value) if fields is None else ((), (type(value), *fields))
 
     def unknown(self, value) -> Made:
         """Return an object as what pickle would make it of; else by its name, as of numpy's."""
-        made = _pickled(value)
-        if made is None:
-            names = (getattr(value, x, "") for x in ("__module__", "__qualname__", "__name__"))
-            return ("named", name_of(type(value)), *names), ()
-        return (), (type(value), *made)
+        try:
+            made = value.__reduce_ex__(4)
+        except Exception:  # of several types
+            made = ""
+        if not isinstance(made, str):
+            items = (list(part) for part in made[3:5] if part is not None)
+            return (), (type(value), *made[:3], *items)
+        names = (getattr(value, x, "") for x in ("__module__", "__qualname__", "__name__"))
+        return ("named", name_of(type(value)), *names), ()
 
 
 _KINDS: dict[Any, str] = {
-    Wrapped: "recorded",
     types.FunctionType: "function",
-    types.ModuleType: "module",
     type: "kind",
-    enum.Enum: "member",
     np.generic | np.ndarray: "array",
-    np.dtype: "dtype",
-    list | tuple | Mapping | set | frozenset | slice | range: "container",
+    list | tuple | Mapping | set | frozenset: "container",
+}
+_ATTRIBUTES: dict[Any, str] = {
+    Wrapped: "fingerprint inline",
+    types.ModuleType: "__name__",
+    types.MethodType: "__func__ __self__",
+    property: "fget fset fdel",
+    classmethod | staticmethod: "__func__",
+    enum.Enum: "_name_ _value_",
+    slice | range: "start stop step",
 }
 
 
@@ -168,17 +162,6 @@ def fields_of(value) -> list[Any] | None:
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         return None
     return [getattr(value, each.name) for each in dataclasses.fields(value) if each.compare]
-
-
-def _pickled(value) -> list[Any] | None:
-    """Return what pickle would make a value of again; None for what it finds by name, or refuses."""
-    try:
-        made = value.__reduce_ex__(4)
-    except Exception:  # of several types
-        return None
-    if isinstance(made, str):
-        return None
-    return [*made[:3], *(list(items) for items in made[3:5] if items is not None)]
 
 
 def looked_up(function: types.FunctionType, path: Path) -> Iterator[tuple[Any, str, Any]]:

@@ -34,7 +34,6 @@ LIBRARIES = {"numpy", "numba", "llvmlite"}  # their versions are part of the cac
 KERNELS = __name__.rsplit(".", 2)[0] + "."  # so are the sources of this package
 PACKAGE = __name__.partition(".")[0]  # which imports its public names on demand
 BY_ADDRESS = 10**6  # bytes; larger arrays numba does not copy into the code
-_CONTAINERS = (tuple, list, dict, set, frozenset, slice, range)
 _CALLABLES = (
     *(
         types.BuiltinFunctionType,
@@ -137,10 +136,18 @@ class Reach(Contents):
         else:
             self._names[id(space), name] = space, name, found
 
-    def recorded(self, value: Wrapped) -> Made:
-        self.look(vars(value), "function", value.function)
-        words, parts = self._followed(value.function)
-        return ("recorded", value.inline, *words), parts
+    def parts(self, value) -> Made:
+        if isinstance(value, Wrapped):
+            self.look(vars(value), "function", value.function)
+            words, parts = self._followed(value.function)
+            return ("recorded", value.inline, *words), parts
+        if isinstance(value, types.ModuleType):
+            self._modules.append(value)
+        elif isinstance(value, enum.Enum):
+            self.look(vars(value), "_value_", value._value_)
+        elif isinstance(value, list | dict | set):
+            self._tests.append(_unchanged(value))
+        return super().parts(value)
 
     def function(self, function: types.FunctionType) -> Made:
         """Count a function that is not recorded: compiled code has an implementation instead."""
@@ -161,21 +168,6 @@ class Reach(Contents):
             found = (function.__code__, function.__defaults__, function.__kwdefaults__)
             self._functions.append((function, *found))
         return self.body(function, code.paths)
-
-    def module(self, value: types.ModuleType) -> Made:
-        self._modules.append(value)
-        return super().module(value)
-
-    def member(self, value: enum.Enum) -> Made:
-        self.look(vars(value), "_value_", value._value_)
-        return super().member(value)
-
-    def container(self, value) -> Made:
-        if not isinstance(value, _CONTAINERS):
-            return self.other(value)
-        if isinstance(value, list | dict | set):
-            self._tests.append(_unchanged(value))
-        return super().container(value)
 
     def array(self, value) -> Made:
         masked = isinstance(value, np.ma.MaskedArray)
@@ -201,30 +193,37 @@ class Reach(Contents):
         (self.compiled if of_numba else self.others).append((self.place, value))
         return words, ()
 
+    def container(self, value) -> Made:
+        known = isinstance(value, tuple | list | dict | set | frozenset)
+        return super().container(value) if known else self.other(value)
+
     def other(self, value) -> Made:
-        cls = type(value)
-        words = ("other", name_of(cls))
-        if cls.__module__.partition(".")[0] == "numba":
-            return (*words, *self._numba(value)), ()
-        if isinstance(value, _FOREIGN) or words[1].startswith("_cffi_backend."):
+        """Return an object by its class alone, unless it is one of the few that numba knows."""
+        if isinstance(value, types.ModuleType | enum.Enum | slice | range):
+            return super().other(value)
+        cls = name_of(type(value))
+        if cls.startswith("numba."):
+            return ("numba", cls, self._numba(value)), ()
+        if isinstance(value, _FOREIGN) or cls.startswith("_cffi_backend."):
             self.kept = False  # an address of this process
             self._steady(_pointer_state, value)
         else:
             self.others.append((self.place, value))
+        names: tuple[Any, ...] = (value,) if isinstance(value, np.dtype) else ()
         if isinstance(value, _CALLABLES):
-            return (*words, value.__name__, getattr(value, "__module__", "")), ()
-        return words, ()
+            names = (value.__name__, getattr(value, "__module__", ""))
+        return ("other", cls, *names), ()
 
-    def _numba(self, value) -> tuple[Any, ...]:
-        """Return words for an object of numba: a type, or something compiled, its own or of others."""
+    def _numba(self, value) -> Any:
+        """Return a word for an object of numba: a type, or something compiled, its own or of others."""
         from numba.core.types import Boolean, Number
 
-        function = getattr(value, "py_func", None) or getattr(value, "_defn", None)
         if isinstance(value, Number | Boolean):
-            return (value,)
+            return value
+        function = getattr(value, "py_func", None) or getattr(value, "_defn", None)
         if not function or home_of(function).partition(".")[0] != "numba":
             self.compiled.append((self.place, value))
-        return (getattr(value, "__qualname__", ""),)
+        return getattr(value, "__qualname__", "")
 
     def _steady(self, state: Callable[[Any], Any], value) -> None:
         before = state(value)
