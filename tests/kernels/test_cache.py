@@ -172,16 +172,17 @@ def test_functions_of_any_origin(
     assert "other_thing" not in sys.modules
 
 
-def test_an_edited_kernel_empties_the_cache(
+def test_an_edited_compiler_empties_the_cache(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The folder's name is a hash of the kernel layer's sources."""
+    """The folder's name is a hash of its sources."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     before = cache.cache_folder().path
     assert before.parent == tmp_path / "geomint"
-    package = tmp_path / "kernels"
-    shutil.copytree(Path(cache.__file__).parents[1], package)
-    monkeypatch.setattr(cache, "_KERNELS", package)
+    shutil.copytree(Path(cache.__file__).parents[1], tmp_path / "kernels")
+    (tmp_path / "kernels" / "numbers" / ".#lock.py").symlink_to("nowhere")  # of an editor
+    own = cache.sources.__globals__
+    monkeypatch.setitem(own, "__file__", str(tmp_path / "kernels" / "__init__.py"))
 
     def folder() -> Path:
         cache.kernel_stamp.cache_clear()
@@ -189,12 +190,51 @@ def test_an_edited_kernel_empties_the_cache(
 
     try:
         assert folder() == before
-        (package / "solve" / "status.py").write_text("OK = 0\n", encoding="utf-8")
-        assert (after := folder()) != before
-        (package / ".#lock.py").symlink_to("nowhere")  # of an editor
-        assert folder() == after
+        for name in ("compiling/compile.py", "numbers/lanes.py"):
+            (tmp_path / "kernels" / name).write_text("LANES = 8\n", encoding="utf-8")
+            assert folder() != before
+            before = folder()
     finally:
         cache.kernel_stamp.cache_clear()
+
+
+CALLER = """
+import geomint as gi
+from geomint.kernels.solve.own import scaled as one
+from geomint.methods.own import scaled as two
+
+
+@gi.field
+def spring(params, t, y, out, work):
+    out[0] = one(y[0])
+    out[1] = two(y[0])
+"""
+KERNEL = """
+from geomint.kernels.compiling.recorded import inlined
+K = 2.0
+
+
+@inlined
+def scaled(x):
+    return K * x
+"""
+
+
+def test_an_edited_kernel_is_compiled_anew(tmp_path: Path) -> None:
+    """With what calls it, and nothing else; wherever it stands."""
+    shutil.copytree(Path(gi.__file__).parent, tmp_path / "geomint")
+    own = [tmp_path / "geomint" / room / "own.py" for room in ("kernels/solve", "methods")]
+    for path in own:
+        path.write_text(KERNEL)
+    found = []
+    for edited in (None, *own):
+        if edited:
+            edited.write_text(KERNEL.replace("2.0", "3.0"))
+        environment = {"cache": tmp_path / "cache", "PYTHONPATH": str(tmp_path)}
+        found += run("-c", SCRIPT, json.dumps(["evaluated", CALLER]), **environment)
+    (first, one), *later = found
+    assert [{*first} > {"spring"}, one] == [True, [[[1.0, 1.0]]]]
+    assert later == [[["spring"] * 2, [[[1.5, 1.0]]]], [["spring"] * 2, [[[1.5, 1.5]]]]]
 
 
 def test_the_default_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..kernels.compiling.code import Path, paths_in
 from ..kernels.compiling.contents import MISSING, home_of, looked_up
-from ..kernels.compiling.fingerprint import KERNELS, LIBRARIES
+from ..kernels.compiling.fingerprint import COMPILER, LIBRARIES
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.arithmetic import of_numpy
 from ..kernels.numbers.tangent import PARTIALS
@@ -148,6 +148,6 @@ def _of_plain_function(name: str, function: FunctionType) -> str | None:
     library = home.partition(".")[0]
     if library == "numpy":
         return f"calls {name}: write loops over rows"
-    if home.startswith(KERNELS) or library in LIBRARIES:
+    if home.startswith(COMPILER) or library in LIBRARIES:
         return None
     return f"calls {name}, a plain function: record it with gi.helper"

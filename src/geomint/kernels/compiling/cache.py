@@ -2,10 +2,11 @@
 
 numba stamps a cached function with its own source file only: after an edit of a helper, stale
 machine code would run silently. Every dispatcher made by geomint instead carries a stamp of the
-kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
-files lie in the user's cache folder (`geomint.kernels.compiling.private`), so an installation that
-cannot be written works too; ``NUMBA_CACHE_DIR`` moves them. Where there is no such folder that is
-the user's alone, every process compiles anew; `take_note` says once what is not as it was wanted.
+compiler's sources (`geomint.kernels.sources`) and of everything that the function reaches, wherever
+it is written (`Recorded.fingerprint`). The files lie in the user's cache folder
+(`geomint.kernels.compiling.private`), so an installation that cannot be written works too;
+``NUMBA_CACHE_DIR`` moves them. Where there is no such folder that is the user's alone, every process
+compiles anew; `take_note` says once what is not as it was wanted.
 
 A file holds the code of one function for one signature: what is damaged, of another process that runs
 at the same time, or of somebody else is compiled anew.
@@ -21,34 +22,33 @@ import pickle
 import re
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import llvmlite
 import numba
 import numpy as np
-from numba.core import config as _config
+from numba.core import config as _config, types
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from .. import STARTED, sources
+from ..numbers.typing_addresses import AddressesType
 from .beside import other
 from .private import PrivateFolder, private_folder
 
-_KERNELS = Path(__file__).parents[1]
+_FUNCTIONS = (types.FunctionType, types.BaseTuple, AddressesType)
 config: Any = _config
 _notes: dict[str, str] = {}  # by kind, each of which is told once
-_ROOMS = tuple(f"geomint.kernels.{room}." for room in ("solve", "tangent", "groups"))
 
 
 @functools.cache
 def kernel_stamp() -> str:
-    """Return a hash of every source file of the kernel layer, of Python, numpy and the compiler."""
+    """Return a hash of the compiler's source files, of Python, numpy and numba."""
     versions = (sys.implementation.cache_tag, *(m.__version__ for m in (numba, llvmlite, np)))
     digest = hashlib.sha256(" ".join(versions).encode())
-    for path in sorted(filter(Path.is_file, _KERNELS.rglob("*.py"))):
-        digest.update(str(path.relative_to(_KERNELS)).encode())
+    for path in sources():
+        digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -70,7 +70,7 @@ def plain(name: str) -> str:
 
 
 def cache_folder() -> PrivateFolder:
-    """Return the folder of the compiled code of this version of the kernel layer."""
+    """Return the folder of the compiled code of this version of the compiler."""
     # Bounds checking is not part of numba's own key: such code lives in a folder of its own.
     return private_folder(f"kernels-{kernel_stamp()}{'-boundscheck' * bool(config.BOUNDSCHECK)}")
 
@@ -98,14 +98,14 @@ class StampedCache(NullCache):
         self._folder = _found() if kept else None
         self._base = f"{plain(py_func.__name__)}-{fingerprint}"
         self._checked = config.BOUNDSCHECK
-        # Functions of problems are compiled quickly.
-        self._kernel = str(py_func.__module__).startswith(_ROOMS)
 
     def load_overload(self, sig, target_context):
         name = self._name(sig, target_context.codegen())
         code = self._code(name, sig, target_context)
         helped = code is None and self._folder and "failed" not in _notes
-        if helped and (beside := other(name, self._kernel)):
+        # What takes no functions, as those of problems, is compiled quickly.
+        kernel = any(isinstance(x, _FUNCTIONS) for x in getattr(sig, "args", sig))
+        if helped and (beside := other(name, kernel)):
             if beside.waited(name):
                 code = self._code(name, sig, target_context)
             if code is None:

@@ -31,8 +31,11 @@ from .code import described, framed
 from .contents import MISSING, Contents, Made, Wrapped, attribute, home_of, name_of
 
 LIBRARIES = {"numpy", "numba", "llvmlite"}  # their versions are part of the cache folder's name
-KERNELS = __name__.rsplit(".", 2)[0] + "."  # so are the sources of this package
 PACKAGE = __name__.partition(".")[0]  # which imports its public names on demand
+COMPILER = tuple(
+    f"{PACKAGE}.kernels.{room}." for room in ("compiling", "numbers")
+)  # so are its sources
+KERNELS = (f"{PACKAGE}.kernels.", f"{PACKAGE}.methods.")  # sources that no process changes
 BY_ADDRESS = 10**6  # bytes; larger arrays numba does not copy into the code
 _CALLABLES = (
     *(
@@ -63,7 +66,7 @@ class Reach(Contents):
     others : list of (str, object)
         Callables and values whose content is not known, and where they were found.
     functions : list of function
-        All that are reached outside of the kernel layer and of libraries.
+        All that are reached outside of kernels and of libraries.
     """
 
     def __init__(
@@ -153,7 +156,7 @@ class Reach(Contents):
         """Count a function that is not recorded: compiled code has an implementation instead."""
         home = home_of(function)
         self.others.append((self.place, function))
-        if home.partition(".")[0] in LIBRARIES or home.startswith(KERNELS):
+        if home.partition(".")[0] in LIBRARIES or home.startswith(COMPILER):
             return ("library", home, function.__qualname__), ()
         return self._followed(function)
 

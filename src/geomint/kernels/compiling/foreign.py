@@ -2,7 +2,7 @@
 
 A function that numba has compiled by itself (``njit``, ``vectorize``, an overload, an intrinsic, a
 ``jitclass``) keeps the values that its globals had then, for every type of argument those of another
-moment. numba's own, of which the version is known, and those of the kernel layer are welcome.
+moment. numba's own, of which the version is known, and those of geomint's numbers are welcome.
 """
 
 from collections.abc import Iterable
@@ -16,12 +16,12 @@ from numba.core.typing.typeof import Purpose, typeof
 
 from ...errors import DomainError
 from .contents import content_of, home_of
-from .fingerprint import KERNELS
+from .fingerprint import COMPILER
 from .recorded import Recorded
 
 __all__ = ["NumbaError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
 
-OWN = ("numba.", KERNELS)
+OWN = ("numba.", *COMPILER)
 HELPER = "a function recorded by geomint.helper"
 VALUES = "numbers, strings, numpy arrays, tuples of them, modules, or recorded functions"
 
@@ -56,7 +56,7 @@ def _has_type(value) -> bool:
 
 
 def _is_own(template) -> bool:
-    """Tell whether an implementation of a function is numba's or the kernel layer's."""
+    """Tell whether an implementation of a function is numba's or geomint's own."""
     of = vars(template)
     function = of.get("_overload_func") or of.get("_definition_func") or of.get("generic")
     functions = _with_closure(getattr(function, "__func__", function))
