@@ -40,16 +40,15 @@ class Ledger:
 
     def listen(self) -> None:
         """Keep the names that are asked for in this process."""
-        from geomint.kernels.compiling.cache import StampedCache
+        from geomint.kernels.compiling.cache import KeptCode
 
-        name_of = StampedCache._name
+        begin = KeptCode.__init__
 
-        def name(cache: Any, *given: Any) -> str:
-            file = name_of(cache, *given)
-            self.bytes[file] = 0
-            return file
+        def begun(kept: Any, *given: Any) -> None:
+            begin(kept, *given)
+            self.bytes[kept.name] = 0
 
-        StampedCache._name = name  # type: ignore[method-assign]
+        KeptCode.__init__ = begun  # type: ignore[method-assign]
 
     def weigh(self) -> None:
         from geomint.kernels.compiling.cache import cache_folder

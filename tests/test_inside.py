@@ -17,7 +17,8 @@ HERE = Path(__file__).parent
 MODULES, NAMES = 60, 12  # of all rooms together, of each room
 SEPARATE = ("paper", "problems", "test_inside.py")  # import-linter holds the first to public names
 KERNELS = [
-    f"geomint.kernels.{room}" for room in ("compiling", "numbers", "groups", "solve", "tangent")
+    f"geomint.kernels.{room}"
+    for room in ("compiling", "numba_inside", "numbers", "groups", "solve", "tangent")
 ]
 ROOMS = {  # what the tests of a folder may see of the inside
     "kernels": KERNELS,

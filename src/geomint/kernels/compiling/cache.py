@@ -18,23 +18,20 @@ import errno
 import functools
 import hashlib
 import os
-import pickle
 import re
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import llvmlite
 import numba
 import numpy as np
 from numba.core import config as _config, types
-from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
-from numba.core.serialize import dumps
 
 from .. import STARTED, sources
+from ..numba_inside import machine, packed, unpacked
 from ..numbers.typing_addresses import AddressesType
 from .beside import other
+from .fingerprint import Reach
 from .private import PrivateFolder, private_folder
 
 _FUNCTIONS = (types.FunctionType, types.BaseTuple, AddressesType)
@@ -84,68 +81,57 @@ def take_note() -> str:
     return ""
 
 
-class StampedCache(NullCache):
-    """The cache of one dispatcher; `fingerprint` stands for all that its code depends on.
+class KeptCode:
+    """The file of a function's code for a signature; its name says all that the code depends on.
 
-    None, if the code is not to be `kept` for other processes, or there is no place for it.
-
-    A file for each signature. No index: processes that compile different signatures at the same time
-    do not meet.
+    There is none if the code is not for other processes, or there is no place for it. Nor is there an
+    index: processes that compile at the same time do not meet.
     """
 
-    def __init__(self, py_func, fingerprint: str, on_miss: Callable[[], None], kept: bool) -> None:
-        self._fingerprint, self._on_miss = fingerprint, on_miss
-        self._folder = _found() if kept else None
-        self._base = f"{plain(py_func.__name__)}-{fingerprint}"
-        self._checked = config.BOUNDSCHECK
+    def __init__(self, name: str, reach: Reach, signature) -> None:
+        key = repr((signature, machine(), reach.fingerprint)).encode()
+        digest = hashlib.sha256(key).hexdigest()[:16]
+        self.name = f"{plain(name)}-{reach.fingerprint}.{digest}.nbc"
+        self._arguments, self._checked = tuple(signature.args), config.BOUNDSCHECK
+        self._folder = _found() if reach.kept and not sources_edited() else None
 
-    def load_overload(self, sig, target_context):
-        name = self._name(sig, target_context.codegen())
-        code = self._code(name, sig, target_context)
-        helped = code is None and self._folder and "failed" not in _notes
+    def load(self):
+        """Return the code if it is there, or the process beside this one is at it; else None."""
+        code = self._read()
         # What takes no functions, as those of problems, is compiled quickly.
-        kernel = any(isinstance(x, _FUNCTIONS) for x in getattr(sig, "args", sig))
-        if helped and (beside := other(name, kernel)):
-            if beside.waited(name):
-                code = self._code(name, sig, target_context)
+        kernel = any(isinstance(x, _FUNCTIONS) for x in self._arguments)
+        helped = code is None and self._folder and "failed" not in _notes
+        if helped and (beside := other(self.name, kernel)):
+            if beside.waited(self.name):
+                code = self._read()
             if code is None:
-                beside.tell(name)
-        if code is None:
-            self._on_miss()
+                beside.tell(self.name)
         return code
 
-    def _code(self, name: str, sig, target_context):
-        """Return the code that a file holds; None if there is none."""
-        # Nothing of what numba knows about types is needed to load code: it takes 0.3 s to import.
+    def _read(self):
         try:
-            if not (self._folder and (content := self._folder.read(name))):
+            if not (self._folder and (content := self._folder.read(self.name))):
                 return None
-            code = CompileResult._rebuild(target_context, *pickle.loads(content))
+            code = unpacked(content)
         except OSError as failure:
             _note(failure)
             return None
         except Exception:  # of another compiler with the same checksum: compile anew
             return None
         # Types of one name need not be the same.
-        same = tuple(code.signature.args) == tuple(getattr(sig, "args", sig))
-        return code if same else None
+        return code if tuple(code.signature.args) == self._arguments else None
 
-    def save_overload(self, sig, data) -> None:
-        name = self._name(sig, data.codegen)
+    def save(self, code) -> None:
+        """Write the code, if others can use it."""
+        other_checks = self._checked != config.BOUNDSCHECK  # which numba reads anew
         try:
-            other_checks = self._checked != config.BOUNDSCHECK  # which numba reads anew
-            alone = data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)
-            if self._folder and not (alone or other_checks or sources_edited.__wrapped__()):
-                self._folder.write(name, dumps(data._reduce()))
+            wanted = self._folder and not (other_checks or sources_edited.__wrapped__())
+            if self._folder and wanted and (content := packed(code)):
+                self._folder.write(self.name, content)
         except OSError as failure:
             _note(failure)
         except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
             pass
-
-    def _name(self, sig, codegen) -> str:
-        key = (sig, codegen.magic_tuple(), self._fingerprint)
-        digest = hashlib.sha256(repr(key).encode()).hexdigest()
-        return f"{self._base}.{digest[:16]}.nbc"
 
 
 def _found() -> PrivateFolder | None:

@@ -25,10 +25,10 @@ _RETURNED, _RETURNED_NONE = 0, -2  # of numba's codes, those that are no errors
 
 @dataclass(frozen=True, eq=False)
 class Code:
-    """Compiled code of one signature: where it is, and the dispatcher that keeps it."""
+    """Compiled code of one signature: where it is, and all that keeps it."""
 
     address: int
-    dispatcher: Any
+    kept: Any
     signature: Any
 
     def __call__(self, *arguments):

@@ -5,6 +5,7 @@ fields, by row count: a field whose row count is a constant is unrolled by LLVM 
 faster at n = 3), while its signature stays the same for every stepper.
 """
 
+import functools
 import gc
 import os
 import signal
@@ -19,26 +20,26 @@ from types import FrameType, FunctionType
 from typing import Any
 
 import numba
-from numba.core import types
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.dispatcher import Dispatcher
+from numba.core import config as _config, types
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
+from ..numba_inside import address_of, compiled, global_compiler_lock, linked, told_of_types
 from ..numbers import (  # noqa: F401 - what numba is to know
     typing_addresses,
     typing_blocks,
     typing_elementary,
 )
 from .beside import other
-from .cache import StampedCache, plain, sources_edited
+from .cache import KeptCode, plain
 from .call import Code
 from .clock import standing_still
+from .fingerprint import Reach
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
-from .linked import linked
 from .recorded import Recorded
 
 _njit: Any = numba.njit
+config: Any = _config
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 DEEPEST = 2000  # calls of Python: ten times as many as numba was seen to need
@@ -118,38 +119,13 @@ def _unique(recorded: Recorded) -> FunctionType:
 def make_dispatcher(recorded: Recorded):
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
     dispatcher = _njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
-    jitted = isinstance(dispatcher, Dispatcher)  # with NUMBA_DISABLE_JIT it is the function itself
-    if jitted:
-        template = dispatcher.get_call_template
-
-        def checked(args, kws):
-            refuse_modules(recorded, (*args, *dict(kws).values()))
-            return template(args, kws)
-
-        dispatcher.get_call_template = checked
-    return dispatcher
+    return told_of_types(dispatcher, functools.partial(refuse_modules, recorded))
 
 
-def _entry(recorded: Recorded):
-    """Return the dispatcher of what is called by its address: the one with a cache."""
-    return recorded.made(_make_entry)
-
-
-def _make_entry(recorded: Recorded):
-    dispatcher = _njit(**_OPTIONS)(_unique(recorded))
-    jitted = isinstance(dispatcher, Dispatcher)
-    if jitted:
-        dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
-        dispatcher.codes = {}
-        refuse_compiled(recorded)
-
-        def started() -> None:
-            refuse_foreign(recorded)  # what is found on the disk was made of nothing of the kind
-            _notify(recorded.function.__name__, None)
-
-        kept = recorded.reach.kept and not sources_edited()
-        dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started, kept)
-    return dispatcher
+def _codes(recorded: Recorded) -> tuple[Reach, dict[int, Code]]:
+    """Return what a function reaches, of which code has addresses, and its codes: none yet."""
+    refuse_compiled(recorded)
+    return recorded.reach, {}
 
 
 def compile_function(recorded: Recorded, signature):
@@ -165,10 +141,10 @@ def compile_function(recorded: Recorded, signature):
     """
     global _asked
     _asked += 1
-    dispatcher = _entry(recorded)
-    if not hasattr(dispatcher, "codes"):
+    if config.DISABLE_JIT:
         return recorded.function
-    code = dispatcher.codes.get(id(signature))  # which the code keeps
+    reach, codes = recorded.made(_codes)
+    code = codes.get(id(signature))  # which the code keeps
     if code is not None:
         return code
     with standing_still(), _lock, _room(), warnings.catch_warnings():
@@ -176,11 +152,10 @@ def compile_function(recorded: Recorded, signature):
         # time; its pedantic warnings are addressed to its own developers.
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
         warnings.simplefilter("ignore", NumbaPedanticWarning)
-        _compile(dispatcher, recorded.function.__name__, signature)
-        found = dispatcher.overloads[signature.args]
-        address = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
-        code = dispatcher.codes[id(signature)] = Code(address, dispatcher, signature)
-    return code
+        if id(signature) not in codes:  # another thread may have been first
+            found = _found_or_compiled(recorded, reach, signature)
+            codes[id(signature)] = Code(address_of(found), (found, reach), signature)
+    return codes[id(signature)]
 
 
 @contextmanager
@@ -226,18 +201,19 @@ def _ctrl_c_later() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def _compile(dispatcher, name: str, signature) -> None:
-    if signature.args in dispatcher.overloads:
-        return
-    misses = sum(dispatcher.stats.cache_misses.values())
-    start = time.perf_counter()
+def _found_or_compiled(recorded: Recorded, reach: Reach, signature):
+    name, start = recorded.function.__name__, time.perf_counter()
+    kept = KeptCode(name, reach, signature)
     with _ctrl_c_later(), linked():
-        dispatcher.disable_compile(False)
         try:
-            dispatcher.compile(signature)
+            if (found := kept.load()) is not None:
+                return found
+            refuse_foreign(recorded)  # what is found on the disk was made of nothing of the kind
+            _notify(name, None)
+            found = compiled(_unique(recorded), signature, **_OPTIONS)
+            kept.save(found)
         finally:
             if beside := other("", False):
                 beside.tell("")
-        dispatcher.disable_compile()  # a call with other types is an error, no compilation
-    if sum(dispatcher.stats.cache_misses.values()) > misses:
-        _notify(name, time.perf_counter() - start)
+    _notify(name, time.perf_counter() - start)
+    return found

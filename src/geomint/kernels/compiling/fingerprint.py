@@ -221,9 +221,11 @@ class Reach(Contents):
         """Return a word for an object of numba: a type, or something compiled, its own or of others."""
         from numba.core.types import Boolean, Number
 
+        from ..numba_inside import function_in
+
         if isinstance(value, Number | Boolean):
             return value
-        function = getattr(value, "py_func", None) or getattr(value, "_defn", None)
+        function = function_in(value)
         if not function or home_of(function).partition(".")[0] != "numba":
             self.compiled.append((self.place, value))
         return getattr(value, "__qualname__", "")

@@ -11,10 +11,9 @@ from typing import Any
 
 from numba.core import types
 from numba.core.errors import NumbaError
-from numba.core.registry import cpu_target
-from numba.core.typing.typeof import Purpose, typeof
 
 from ...errors import DomainError
+from ..numba_inside import has_type, source_of, templates_of
 from .contents import content_of, home_of
 from .fingerprint import COMPILER
 from .recorded import Recorded
@@ -36,31 +35,18 @@ def refuse_compiled(recorded: Recorded) -> None:
 
 def refuse_foreign(recorded: Recorded) -> None:
     """Raise `DomainError` if numba would compile what the function's fingerprint does not see."""
-    context = cpu_target.typing_context
-    context.refresh()
     for place, value in recorded.reach.others:
-        implementation = context._lookup_global(value)
-        if implementation is not None:
-            templates = getattr(implementation, "templates", ())
-            if templates and not any(_is_own(template) for template in templates):
+        templates = templates_of(value)
+        if templates is not None:
+            if templates and not any(map(_is_own, templates)):
                 raise DomainError(place, value, f"{HELPER}, not an implementation for numba")
-        elif not isinstance(value, FunctionType | type) and _has_type(value):
+        elif not isinstance(value, FunctionType | type) and has_type(value):
             raise DomainError(place, value, VALUES)
-
-
-def _has_type(value) -> bool:
-    try:
-        return typeof(value, Purpose.constant) is not None
-    except Exception:  # whatever an unknown object makes of it
-        return False
 
 
 def _is_own(template) -> bool:
     """Tell whether an implementation of a function is numba's or geomint's own."""
-    of = vars(template)
-    function = of.get("_overload_func") or of.get("_definition_func") or of.get("generic")
-    functions = _with_closure(getattr(function, "__func__", function))
-    homes = [home_of(f) for f in functions]
+    homes = [home_of(f) for f in _with_closure(source_of(template))]
     return all(f"{home}.".startswith(OWN) for home in homes or [template.__module__])
 
 

@@ -4,12 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from numba.core import types
-from numba.core.typing.templates import (
-    AbstractTemplate,
-    infer,
-    infer_global,
-    make_intrinsic_template,
-)
+from numba.core.typing.templates import AbstractTemplate, infer, infer_global
+
+from ..numba_inside import make_intrinsic_template
 
 
 def typed(function: Callable[..., Any]):

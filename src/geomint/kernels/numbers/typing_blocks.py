@@ -12,10 +12,10 @@ from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.core.imputils import lower_builtin
 from numba.core.ir import Assign, Expr
-from numba.core.ir_utils import _add_alias, alias_analysis_extensions
 from numba.core.typing.templates import signature
 from numba.extending import models, register_model
 
+from ..numba_inside import add_alias, alias_analysis_extensions
 from . import blocks
 from .instruction import instruction, typed
 from .lanes import LANES
@@ -286,7 +286,7 @@ def _views(statement, arguments, typemap, function, aliases, of_arguments):
     kind = (typemap or {}).get(target)
     if isinstance(made, Expr) and (kind is None or isinstance(kind, BlockType | types.BaseTuple)):
         for part in made.list_vars():
-            _add_alias(target, part.name, aliases, of_arguments)
+            add_alias(target, part.name, aliases, of_arguments)
 
 
 # Without this numba takes a store as the last use of a view for dead, and removes it.

@@ -9,9 +9,9 @@ from numba import njit
 from numba.core import cgutils, types
 from numba.core.imputils import lower_cast
 from numba.core.typeconv import Conversion
-from numba.core.typeconv.rules import default_type_manager
 from numba.extending import intrinsic, models, overload, register_model
 
+from ..numba_inside import default_type_manager
 from . import arithmetic, circular, exponential
 from .double_double import DoubleDoubleBlock, multiplied
 from .typing_blocks import BlockType
