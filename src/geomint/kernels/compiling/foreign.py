@@ -20,7 +20,7 @@ from .recorded import Recorded
 
 __all__ = ["NumbaError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
 
-OWN = ("numba.", *COMPILER)
+OWN = ("numba.", "llvmlite.", *COMPILER)
 HELPER = "a function recorded by geomint.helper"
 VALUES = "numbers, strings, numpy arrays, tuples of them, modules, or recorded functions"
 

@@ -5,7 +5,7 @@ import operator
 from llvmlite import ir
 from numba.core import types
 
-from .typing_lanes import LANE_VALUE, broadcast, call_vector_function, compare
+from .typing_lanes import LANE_VALUE, broadcast, call_llvm, compare
 
 
 class Instructions:
@@ -25,9 +25,7 @@ class Instructions:
 
     def fused(self, x, y, z):
         """Return ``x y + z`` with one rounding."""
-        if isinstance(x.type, ir.VectorType):
-            return call_vector_function(self.builder, "llvm.fma", (x, y, z))
-        return self.builder.fma(x, y, z)
+        return call_llvm(self.builder, "llvm.fma", (x, y, z))
 
     def compare(self, function, x, y):
         """Return whether a comparison holds; with NaN only ``!=`` does."""

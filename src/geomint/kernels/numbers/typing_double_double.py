@@ -311,21 +311,28 @@ for _function in (operator.lt, operator.le, operator.gt, operator.ge):
     _binary([_function], _comparison(_function))
 
 
-def _unary(function, implementation, *shift):
-    @overload(function)
-    def choose(x):
-        return (lambda x: implementation(x, *shift)) if _is_dd(x) else None
+def _overloaded(function, compiled, place=-1):
+    """Let a function be another one where its argument at a place is a double-double number."""
+    # Symbols are made of it, and must differ (`compile._unique` says why).
+    compiled.__qualname__ = f"{function.__name__}_of_double_doubles"
+
+    @overload(function, strict=False)
+    def choose(*numbers):
+        return compiled if _is_dd(numbers[place]) else None
 
 
-_unary(operator.neg, _negate)
-_unary(abs, _absolute)
-_unary(arithmetic.sqrt, _square_root)
-_unary(circular.sin, _sine_of, 0.0)
-_unary(circular.cos, _sine_of, 1.0)
-_unary(circular.tan, _tangent)
-_unary(exponential.exp, _exponential)
-_unary(exponential.log, _logarithm)
-_unary(exponential.tanh, _hyperbolic_tangent)
+_overloaded(operator.neg, lambda x: _negate(x))
+_overloaded(abs, lambda x: _absolute(x))
+_overloaded(arithmetic.sqrt, lambda x: _square_root(x))
+_overloaded(circular.sin, lambda x: _sine_of(x, 0.0))
+_overloaded(circular.cos, lambda x: _sine_of(x, 1.0))
+_overloaded(circular.tan, lambda x: _tangent(x))
+_overloaded(exponential.exp, lambda x: _exponential(x))
+_overloaded(exponential.log, lambda x: _logarithm(x))
+_overloaded(exponential.tanh, lambda x: _hyperbolic_tangent(x))
+_overloaded(arithmetic.like, lambda value, example: _beside(value, example))
+_overloaded(arithmetic.top, lambda x: arithmetic.top(_hi(x)))
+_overloaded(arithmetic.epsilon, lambda x: 4.93038065763132e-32)
 _binary([exponential.pow], _power)
 _binary([circular.atan2], _angle)
 
@@ -346,26 +353,11 @@ def _overload_select(condition, x, y):
     )
 
 
-@overload(arithmetic.like)
-def _overload_like(value, example):
-    return (lambda value, example: _beside(value, example)) if _is_dd(example) else None
+def _lane(x, index):
+    return _pack(arithmetic.lane(_hi(x), index), arithmetic.lane(_lo(x), index))
 
 
-@overload(arithmetic.lane)
-def _overload_lane(x, index):
-    if not _is_dd(x):
-        return None
-    return lambda x, index: _pack(arithmetic.lane(_hi(x), index), arithmetic.lane(_lo(x), index))
-
-
-@overload(arithmetic.top)
-def _overload_top(x):
-    return (lambda x: arithmetic.top(_hi(x))) if _is_dd(x) else None
-
-
-@overload(arithmetic.epsilon)
-def _overload_epsilon(x):
-    return (lambda x: 4.93038065763132e-32) if _is_dd(x) else None
+_overloaded(arithmetic.lane, _lane, 0)
 
 
 @lower_cast(types.Number, DoubleDoubleType)

@@ -5,10 +5,10 @@ import math
 from numba.extending import overload
 
 from . import circular, exponential
-from .arithmetic import like, polynomial, top
+from .arithmetic import lane, like, polynomial, top
 from .double_double import divided, multiplied, summed
 from .tangent import PARTIALS
-from .typing_lanes import LANE_VALUE, LANES, extract_lane, insert_lane, is_plain
+from .typing_lanes import LANE_VALUE, LANES, insert_lane, is_plain
 
 _OPTIONS = {"error_model": "numpy"}
 
@@ -46,7 +46,7 @@ def _with_library(function, source):
         if top(abs(x)) <= far:
             return source(x)
         for i in range(LANES):
-            x = insert_lane(x, i, function(extract_lane(x, i)))
+            x = insert_lane(x, i, function(lane(x, i)))
         return x
 
     _elementary(function, one, eight)

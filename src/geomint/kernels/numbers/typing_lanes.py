@@ -5,7 +5,6 @@ lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithm
 """
 
 import functools
-import math
 import operator
 
 from llvmlite import ir
@@ -145,43 +144,41 @@ _register_on(LANE_MASK, operator.and_, 2, ir.IRBuilder.and_)
 _register_on(LANE_MASK, operator.or_, 2, ir.IRBuilder.or_)
 
 
-def call_vector_function(builder, name: str, vectors):
-    """Call LLVM's intrinsic function `name` of as many lane vectors as are given."""
-    function_type = ir.FunctionType(_VECTOR, [_VECTOR] * len(vectors))
-    function = cgutils.get_or_insert_function(builder.module, function_type, f"{name}.v{LANES}f64")
-    return builder.call(function, vectors)
+def call_llvm(builder, name: str, values):
+    """Call LLVM's intrinsic function `name` of numbers or lane vectors."""
+    kind = values[0].type
+    own = f"{name}.{'f64' if kind == _F64 else f'v{LANES}f64'}"
+    function_type = ir.FunctionType(kind, [kind] * len(values))
+    function = cgutils.get_or_insert_function(builder.module, function_type, own)
+    return builder.call(function, values)
 
 
-def _vector_intrinsic(name):
-    """Return a numba intrinsic that calls LLVM's `name` on whole vectors."""
+def _by_llvm(name: str, *given):
+    """Return the signature and code of LLVM's intrinsic function of numbers and lanes."""
 
-    @intrinsic
-    def call(typingctx, x):
-        def codegen(context, builder, sig, args):
-            return call_vector_function(builder, name, args)
+    def codegen(context, builder, sig, args):
+        if sig.return_type == LANE_VALUE:
+            pairs = zip(given, args, strict=True)
+            args = [_as_vector(context, builder, kind, value) for kind, value in pairs]
+        return call_llvm(builder, name, args)
 
-        return LANE_VALUE(LANE_VALUE), codegen
+    if _mixes_lanes(given):
+        return LANE_VALUE(*given), codegen
+    one = types.float64(*[types.float64] * len(given))
+    return (one, codegen) if all(map(is_plain, given)) else None
 
-    return call
 
-
-_vector_sqrt, _vector_abs = _vector_intrinsic("llvm.sqrt"), _vector_intrinsic("llvm.fabs")
+@instruction(arithmetic.sqrt)
+def _sqrt(typingctx, x):
+    return _by_llvm("llvm.sqrt", x)
 
 
 @instruction(arithmetic.fma)
 def _fma(typingctx, x, y, z):
-    def of_vectors(context, builder, sig, args):
-        vectors = [_as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)]
-        return call_vector_function(builder, "llvm.fma", vectors)
+    return _by_llvm("llvm.fma", x, y, z)
 
-    def of_numbers(context, builder, sig, args):
-        return builder.fma(*args)
 
-    if _mixes_lanes((x, y, z)):
-        return LANE_VALUE(x, y, z), of_vectors
-    if all(map(is_plain, (x, y, z))):
-        return types.float64(types.float64, types.float64, types.float64), of_numbers
-    return None
+_register_on(LANE_VALUE, abs, 1, lambda b, x: call_llvm(b, "llvm.fabs", [x]))
 
 
 def _common_type(x, y):
@@ -225,15 +222,15 @@ def _maximum(typingctx, x, y):
     return _common_type(x, y)(x, y), _choice(emit_larger)
 
 
-@intrinsic
-def extract_lane(typingctx, x, index):
-    """Return one lane."""
-
+@instruction(arithmetic.lane)
+def _lane(typingctx, x, index):
     def codegen(context, builder, sig, args):
+        if x != LANE_VALUE:
+            return args[0]
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.extract_element(args[0], position)
 
-    return types.float64(LANE_VALUE, index), codegen
+    return (_single(x)(x, index), codegen) if is_plain(x) else None
 
 
 @intrinsic
@@ -247,21 +244,24 @@ def insert_lane(typingctx, x, index, value):
     return LANE_VALUE(LANE_VALUE, index, types.float64), codegen
 
 
-def _fold(emit):
-    """Return an intrinsic that combines the lanes pairwise: lane i with lane i + half, and again."""
+def _single(x):
+    return types.float64 if x == LANE_VALUE else x
 
-    @intrinsic
-    def call(typingctx, x):
+
+def _fold(function, emit):
+    """Let a function combine lanes; it gives back what has none."""
+
+    @instruction(function)
+    def define(typingctx, x):
         def codegen(context, builder, sig, args):
-            return fold_lanes(builder, emit, args[0])
+            return fold_lanes(builder, emit, args[0]) if x == LANE_VALUE else args[0]
 
-        return types.float64(LANE_VALUE), codegen
-
-    return call
+        known = is_plain(x) or function is arithmetic.total
+        return (_single(x)(x), codegen) if known else None
 
 
 def fold_lanes(builder, emit, vector):
-    """Return the lanes combined pairwise."""
+    """Return the lanes combined pairwise: lane i with lane i + half, and again."""
     width = LANES
     while width > 1:
         half = width // 2
@@ -283,20 +283,8 @@ def emit_larger(builder, x, y):
     return builder.select(builder.fcmp_ordered("ord", x, x), larger, x)
 
 
-_total = _fold(ir.IRBuilder.fadd)
-_top = _fold(emit_larger)
-
-
-@overload(arithmetic.sqrt, inline="always")
-def _overload_sqrt(x):
-    if x == LANE_VALUE:
-        return lambda x: _vector_sqrt(x)
-    return (lambda x: math.sqrt(x)) if is_plain(x) else None
-
-
-@overload(abs)
-def _overload_abs(x):
-    return (lambda x: _vector_abs(x)) if x == LANE_VALUE else None
+_fold(arithmetic.total, ir.IRBuilder.fadd)
+_fold(arithmetic.top, emit_larger)
 
 
 @overload(arithmetic.maximum, inline="always")
@@ -363,25 +351,6 @@ def _overload_but(function, having, found):
 _overload_but(arithmetic.plain, "base", lambda x: x)
 _overload_but(arithmetic.slope_count, "base", lambda x: 0)
 _overload_but(arithmetic.magnitude, "count", lambda x: abs(x))
-
-
-@overload(arithmetic.lane)
-def _overload_lane(x, index):
-    if x == LANE_VALUE:
-        return lambda x, index: extract_lane(x, index)
-    return (lambda x, index: x) if is_plain(x) else None
-
-
-@overload(arithmetic.top)
-def _overload_top(x):
-    if x == LANE_VALUE:
-        return lambda x: _top(x)
-    return (lambda x: x) if is_plain(x) else None
-
-
-@overload(arithmetic.total)
-def _overload_total(x):
-    return (lambda x: _total(x)) if x == LANE_VALUE else (lambda x: x)
 
 
 @overload(arithmetic.epsilon)
