@@ -5,16 +5,11 @@ they lie in memory, and are given their types where they are called.
 """
 
 
-def stepper_at(addresses, kind: str):
-    """Return the first function, a stepper of that kind; in plain Python they are a tuple."""
-    return addresses[0]
-
-
 def function_at(addresses, place: int, kind: str):
-    """Return one of several functions of that kind."""
+    """Return one of several functions, which is of that kind; in plain Python they are a tuple."""
     return addresses[place]
 
 
 def functions_at(addresses, kind: str):
-    """Return the other ones, which the stepper takes."""
+    """Return all but the first, a stepper of that kind, which takes them."""
     return addresses[1:]

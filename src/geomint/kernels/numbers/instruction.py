@@ -5,6 +5,7 @@ from typing import Any
 
 from numba.core import types
 from numba.core.typing.templates import AbstractTemplate, infer, infer_global
+from numba.extending import overload
 
 from ..numba_inside import make_intrinsic_template
 
@@ -21,6 +22,18 @@ def typed(function: Callable[..., Any]):
         return signature_of
 
     return register
+
+
+def overloaded(
+    function: Callable[..., Any], compiled, word: str, fits: Callable[..., bool]
+) -> None:
+    """Let a function be another one of arguments that fit; `word` says of what."""
+    # Symbols are made of it, and must differ (`compile._unique` says why).
+    compiled.__qualname__ = f"{function.__name__}_of_{word}"
+
+    @overload(function, strict=False)
+    def choose(*numbers):
+        return compiled if fits(*numbers) else None
 
 
 def instruction(function: Callable[..., Any], prefer_literal: bool = False):

@@ -49,20 +49,6 @@ def _function(context, builder, kind, pointer, place):
     return function._getvalue()
 
 
-@instruction(addresses.stepper_at, prefer_literal=True)
-def _stepper_at(typingctx, pointer, kind):
-    """Return the stepper as a value of its type."""
-    known = _known(pointer, kind)
-    if known is None:
-        return None
-    stepper = types.FunctionType(known)
-
-    def codegen(context, builder, sig, args):
-        return _function(context, builder, stepper, args[0], 0)
-
-    return stepper(pointer, kind), codegen
-
-
 @instruction(addresses.function_at, prefer_literal=True)
 def _function_at(typingctx, pointer, place, kind):
     """Return one of several functions of a kind as a value of its type."""

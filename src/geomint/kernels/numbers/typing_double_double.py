@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import operator
 from typing import Any
 
@@ -14,6 +15,7 @@ from numba.extending import intrinsic, models, overload, register_model
 from ..numba_inside import default_type_manager
 from . import arithmetic, circular, exponential
 from .double_double import DoubleDoubleBlock, multiplied
+from .instruction import overloaded
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE, is_plain
 
@@ -311,16 +313,7 @@ for _function in (operator.lt, operator.le, operator.gt, operator.ge):
     _binary([_function], _comparison(_function))
 
 
-def _overloaded(function, compiled, place=-1):
-    """Let a function be another one where its argument at a place is a double-double number."""
-    # Symbols are made of it, and must differ (`compile._unique` says why).
-    compiled.__qualname__ = f"{function.__name__}_of_double_doubles"
-
-    @overload(function, strict=False)
-    def choose(*numbers):
-        return compiled if _is_dd(numbers[place]) else None
-
-
+_overloaded = functools.partial(overloaded, word="double_doubles", fits=lambda *x: _is_dd(x[-1]))
 _overloaded(operator.neg, lambda x: _negate(x))
 _overloaded(abs, lambda x: _absolute(x))
 _overloaded(arithmetic.sqrt, lambda x: _square_root(x))
@@ -337,9 +330,7 @@ _binary([exponential.pow], _power)
 _binary([circular.atan2], _angle)
 
 
-@overload(arithmetic.fma)
-def _overload_fma(x, y, z):
-    return (lambda x, y, z: x * y + z) if _is_dd(x) or _is_dd(y) or _is_dd(z) else None
+_overloaded(arithmetic.fma, lambda x, y, z: x * y + z, fits=lambda *x: any(map(_is_dd, x)))
 
 
 @overload(arithmetic.select)
@@ -357,7 +348,7 @@ def _lane(x, index):
     return _pack(arithmetic.lane(_hi(x), index), arithmetic.lane(_lo(x), index))
 
 
-_overloaded(arithmetic.lane, _lane, 0)
+_overloaded(arithmetic.lane, _lane, fits=lambda x, index: _is_dd(x))
 
 
 @lower_cast(types.Number, DoubleDoubleType)

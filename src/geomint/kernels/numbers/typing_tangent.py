@@ -7,6 +7,7 @@ lanes, a tangent number of eight directions costs about three plain numbers. The
 
 from __future__ import annotations
 
+import functools
 import operator
 from typing import Any
 
@@ -19,7 +20,7 @@ from numba.core.typing.templates import signature
 from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
-from .instruction import instruction, typed
+from .instruction import instruction, overloaded, typed
 from .tangent import PARTIALS, as_tangents, tangent_block, tangent_lane_block
 from .typing_bases import Instructions
 from .typing_blocks import BlockType, other_rows
@@ -360,14 +361,9 @@ def _valued(typingctx, x, value):
     return x(x, x.base), codegen
 
 
-def _of_tangents(function, compiled):
-    """Let a function of numbers, one of them a tangent one, be compiled as another."""
-    # Symbols are made of it, and must differ (`compile._unique` says why).
-    compiled.__qualname__ = f"{function.__name__}_of_tangents"
-
-    @overload(function, strict=False)
-    def of_tangents(*numbers):
-        return None if _joined(*numbers) is None else compiled
+_of_tangents = functools.partial(
+    overloaded, word="tangents", fits=lambda *x: _joined(*x) is not None
+)
 
 
 def _elementary(function, source):

@@ -10,7 +10,7 @@ from ..compiling.bound import Bound
 from ..compiling.number_types import SCALAR
 from ..compiling.recorded import helper
 from ..compiling.signatures import STEPPED, Signature, advance
-from ..numbers.addresses import functions_at, stepper_at
+from ..numbers.addresses import function_at, functions_at
 from .status import Steps
 
 
@@ -28,7 +28,7 @@ def by_address(functions: tuple[Signature, ...]) -> Bound:
         functions, params, coefficients, fractions, memory, work, rows: int, t0: float, h: float,
         first: int, count: int, every: int, out, ranks,
     ) -> Steps:  # fmt: skip
-        return stepper_at(functions, kind)(
+        return function_at(functions, 0, kind)(
             functions_at(functions, kind), params, coefficients, fractions, memory, work, rows, t0,
             h, first, count, every, out, ranks,
         )  # fmt: skip
