@@ -112,19 +112,52 @@ print(json.dumps(results))
 """
 
 
+CALLER = """
+import geomint as gi
+from geomint.kernels.solve.own import scaled as one
+from geomint.methods.own import scaled as two
+
+
+@gi.field
+def spring(params, t, y, out, work):
+    out[0] = one(y[0])
+    out[1] = two(y[0])
+"""
+KERNEL = """
+from geomint.kernels.compiling.recorded import inlined
+K = 2.0
+
+
+@inlined
+def scaled(x):
+    return K * x
+"""
+
+
 def test_a_later_process_compiles_nothing(tmp_path: Path) -> None:
     """Nor where files are younger than the clock; variables, filters and streams are left alone.
 
-    A process that finds the code of two others in the cache runs each for itself.
+    A process that finds the code of two others in the cache runs each for itself. Where a kernel was
+    edited, wherever it stands, what calls it is compiled anew, and nothing else.
     """
     shutil.copytree(Path(gi.__file__).parent, tmp_path / "geomint")
     for path in (tmp_path / "geomint" / "kernels").rglob("*.py"):
         os.utime(path, (2.0**32, 2.0**32))
     (tmp_path / "fields.py").write_text(FIELD, encoding="utf-8")
 
+    kernels = [tmp_path / "geomint" / room / "own.py" for room in ("kernels/solve", "methods")]
+    for path in kernels:
+        path.write_text(KERNEL, encoding="utf-8")
+    scaled: list[Any] = []
+
     def told(*asked: list[str]) -> Any:
         own = {"cache": tmp_path / "cache", "PYTHONPATH": str(tmp_path)}
-        return run("-c", SCRIPT, *map(json.dumps, asked), **own)
+        texts = map(json.dumps, [*asked, ["evaluated", CALLER]])
+        *found, (compiled, [[values]]) = run("-c", SCRIPT, *texts, **own)
+        scaled.append([compiled, values])
+        if kernels:
+            kernels.pop().write_text(KERNEL.replace("2.0", "3.0"), encoding="utf-8")
+        return found
 
     one, two = (
         [FIELD.replace("-params[0] * gi.sin(y[0])", forces[k]) for forces in NAMESAKES.values()]
@@ -143,6 +176,8 @@ def test_a_later_process_compiles_nothing(tmp_path: Path) -> None:
     assert changed[1] != ends
     assert told(["evaluated", *one, *two]) == [[[], first + second]]
     assert all(x != y for x, y in zip(first, second, strict=True))
+    anew = ["spring"] * 2
+    assert scaled == [[anew, [1.0, 1.0]], [anew, [1.0, 1.5]], [anew, [1.5, 1.5]]]
 
 
 ODD_NAMES = ("../../../escape", "H/m", "ü" * 130, "a\nb", "\0", "\udcff")
@@ -196,45 +231,6 @@ def test_an_edited_compiler_empties_the_cache(
             before = folder()
     finally:
         cache.kernel_stamp.cache_clear()
-
-
-CALLER = """
-import geomint as gi
-from geomint.kernels.solve.own import scaled as one
-from geomint.methods.own import scaled as two
-
-
-@gi.field
-def spring(params, t, y, out, work):
-    out[0] = one(y[0])
-    out[1] = two(y[0])
-"""
-KERNEL = """
-from geomint.kernels.compiling.recorded import inlined
-K = 2.0
-
-
-@inlined
-def scaled(x):
-    return K * x
-"""
-
-
-def test_an_edited_kernel_is_compiled_anew(tmp_path: Path) -> None:
-    """With what calls it, and nothing else; wherever it stands."""
-    shutil.copytree(Path(gi.__file__).parent, tmp_path / "geomint")
-    own = [tmp_path / "geomint" / room / "own.py" for room in ("kernels/solve", "methods")]
-    for path in own:
-        path.write_text(KERNEL)
-    found = []
-    for edited in (None, *own):
-        if edited:
-            edited.write_text(KERNEL.replace("2.0", "3.0"))
-        environment = {"cache": tmp_path / "cache", "PYTHONPATH": str(tmp_path)}
-        found += run("-c", SCRIPT, json.dumps(["evaluated", CALLER]), **environment)
-    (first, one), *later = found
-    assert [{*first} > {"spring"}, one] == [True, [[[1.0, 1.0]]]]
-    assert later == [[["spring"] * 2, [[[1.5, 1.0]]]], [["spring"] * 2, [[[1.5, 1.5]]]]]
 
 
 def test_the_default_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ NAMES = re.findall(r"\S+", """
 numba.core.codegen:JITCodeLibrary numba.core.codegen:JITCodeLibrary.has_dynamic_globals
 numba.core.compiler:CompileResult numba.core.compiler:CompileResult._rebuild
 numba.core.compiler_lock:global_compiler_lock numba.core.serialize:dumps
+numba.core.callconv:RETCODE_OK numba.core.callconv:RETCODE_NONE
 numba.core.ir_utils:_add_alias numba.core.ir_utils:alias_analysis_extensions
 numba.core.registry:cpu_target numba.core.registry:cpu_target.target_context
 numba.core.typeconv.rules:default_type_manager.set_compatible

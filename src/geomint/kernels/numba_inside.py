@@ -2,7 +2,8 @@
 
 Those have types, data models, signatures, ``lower_builtin``, ``cgutils``, `numba.extending` and errors.
 What is here may change with each version of numba: `tests/kernels/test_numba_inside.py` names each
-name, so that one that is missing is told. It was seen with numba 0.62 to 0.68.
+name, so that one that is missing is told. What is not here is how numba's functions are called:
+`geomint.kernels.compiling.call` does so before numba is there.
 
 Functions that are linked into others stay LLVM's code. numba optimises every function when it is
 compiled and makes machine code of it, also of those that are only linked into the code of a caller,

@@ -6,6 +6,10 @@ in the module, ``(module, name of the outermost function, positions in the const
 and the contents of its closure cells. The process that receives it imports the module and finds the
 same code, so that it finds the compiled code in the cache as well. Functions of a session or notebook
 have no module to import; they are sent by cloudpickle, where that is installed.
+
+It does not go by `geomint.kernels.compiling.contents` as digests and equality do: who receives must be
+able to make what is sent again, and that is what pickle says of all that is no function. Of these it
+has in common the digest of their code, by which another version is refused, and what cells hold.
 """
 
 import copy
