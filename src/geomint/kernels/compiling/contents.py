@@ -108,7 +108,7 @@ class Contents:
         return ("class", name_of(value), *own), [*value.__bases__, *own.values()]
 
     def array(self, value) -> Made:
-        words = name_of(type(value)), repr(value.dtype), value.shape
+        words = name_of(type(value)), value.dtype, value.shape
         if value.dtype.hasobject or isinstance(value, np.ma.MaskedArray):
             return words, (value.tolist(),)
         return (*words, value.tobytes()), ()
