@@ -65,8 +65,8 @@ class Reach(Contents):
         What numba has compiled by itself, and where it was found.
     others : list of (str, object)
         Callables and values whose content is not known, and where they were found.
-    functions : list of function
-        All that are reached outside of kernels and of libraries.
+    functions : dict
+        All that are reached outside of kernels and of libraries, with what they were made of.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Reach(Contents):
         self.compiled: list[tuple[str, Any]] = []
         self.others: list[tuple[str, Any]] = []
         self._names: dict[tuple[int, str], tuple[dict[str, Any], str, Any]] = {}
-        self._functions: list[tuple[types.FunctionType, Any, Any, Any]] = []
+        self.functions: dict[types.FunctionType, tuple[Any, Any, Any]] = {}
         self._cells: dict[int, tuple[types.CellType, Any]] = {}
         self._tests: list[Callable[[], bool]] = []
         self._modules: list[types.ModuleType] = []  # that are handed on
@@ -88,16 +88,12 @@ class Reach(Contents):
             digest.update(_process + str(next(_changes)).encode())
         self.fingerprint = digest.hexdigest()[:24]
 
-    @property
-    def functions(self) -> list[types.FunctionType]:
-        return [function for function, *_ in self._functions]
-
     def holds(self) -> bool:
         """Tell whether all of it is still as it was: in a few microseconds for most functions."""
         for space, name, value in self._names.values():
             if space.get(name, MISSING) is not value:
                 return False
-        for function, code, defaults, keywords in self._functions:
+        for function, (code, defaults, keywords) in self.functions.items():
             if function.__code__ is not code or function.__defaults__ is not defaults:
                 return False
             if function.__kwdefaults__ is not keywords:
@@ -168,8 +164,8 @@ class Reach(Contents):
             return ("kernel", _kernels[function]), ()
         self._words |= code.words
         if not own:
-            found = (function.__code__, function.__defaults__, function.__kwdefaults__)
-            self._functions.append((function, *found))
+            found = function.__code__, function.__defaults__, function.__kwdefaults__
+            self.functions[function] = found
         return self.body(function, code.paths)
 
     def array(self, value) -> Made:

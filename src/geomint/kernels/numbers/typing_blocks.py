@@ -48,8 +48,16 @@ class BlockModel(models.StructModel):
         super().__init__(dmm, fe_type, members)
 
 
-def _number_of_rows(builder, typ, block):
-    return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
+def _opened(context, builder, typ, value):
+    """Return where a block's numbers begin, and how many rows it has."""
+    block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
+    return block.data, block.rows if typ.rows is None else ir.IntType(64)(typ.rows)
+
+
+def _closed(context, builder, typ, data, rows):
+    block = cgutils.create_struct_proxy(typ)(context, builder)
+    block.data, block.rows = data, rows
+    return block._getvalue()
 
 
 def parts_of(row) -> tuple[Any, ...]:
@@ -77,16 +85,14 @@ def _refuse(context, builder, outside, message):
 
 def _row_pointers(context, builder, typ, value, index):
     """Return the address of each part of a row."""
-    block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
+    data, rows = _opened(context, builder, typ, value)
     if config.BOUNDSCHECK:
-        rows = _number_of_rows(builder, typ, block)
         outside = builder.icmp_unsigned(">=", index, rows)
         _refuse(context, builder, outside, "row index outside of the block")
-    start = builder.mul(index, ir.Constant(index.type, _width(typ.row)))
+    start = builder.mul(index, index.type(_width(typ.row)))
     pointers, offset = [], 0
     for part in parts_of(typ.row):
-        at = builder.add(start, ir.Constant(index.type, offset))
-        pointer = builder.gep(block.data, [at])
+        pointer = builder.gep(data, [builder.add(start, index.type(offset))])
         if part == LANE_VALUE:
             pointer = builder.bitcast(pointer, ir.VectorType(_F64, LANES).as_pointer())
         pointers.append(pointer)
@@ -141,29 +147,25 @@ def _lower_set(context, builder, sig, args):
 
 @lower_builtin(len, BlockType)
 def _lower_length(context, builder, sig, args):
-    block = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
-    return _number_of_rows(builder, sig.args[0], block)
+    return _opened(context, builder, sig.args[0], args[0])[1]
 
 
 def _view(result):
     """Return code that makes a block of type `result` from (block, start, rows)."""
 
     def codegen(context, builder, sig, args):
-        source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
+        data, whole = _opened(context, builder, sig.args[0], args[0])
         start, rows = args[1], args[2]
         width = _width(sig.args[0].row)
         taken = _width(result.row) // width
         if config.BOUNDSCHECK:
-            end = builder.add(start, builder.mul(rows, ir.Constant(rows.type, taken)))
-            past = builder.icmp_signed(">", end, _number_of_rows(builder, sig.args[0], source))
+            end = builder.add(start, builder.mul(rows, rows.type(taken)))
+            past = builder.icmp_signed(">", end, whole)
             negative = builder.icmp_signed("<", builder.or_(start, rows), rows.type(0))
             outside = builder.or_(past, negative)
             _refuse(context, builder, outside, "part outside of the block")
-        view = cgutils.create_struct_proxy(result)(context, builder)
-        offset = builder.mul(start, ir.Constant(start.type, width))
-        view.data = builder.gep(source.data, [offset])
-        view.rows = rows
-        return view._getvalue()
+        data = builder.gep(data, [builder.mul(start, start.type(width))])
+        return _closed(context, builder, result, data, rows)
 
     return codegen
 
@@ -181,8 +183,7 @@ def _section(context, builder, sig, args, at):
     start = functools.reduce(builder.add, sizes[:-1], ir.Constant(ir.IntType(64), 0))
     rows = sizes[-1]
     if at + 1 == len(layout.fields):
-        source = cgutils.create_struct_proxy(block)(context, builder, value=args[0])
-        whole = _number_of_rows(builder, block, source)
+        _, whole = _opened(context, builder, block, args[0])
         rest = builder.icmp_signed("<", rows, rows.type(0))
         rows = builder.select(rest, builder.sub(whole, start), rows)
     result = BlockType(block.row)
@@ -222,13 +223,10 @@ def other_rows(block, result: BlockType):
     """Return code that makes a block of other rows in the same memory."""
 
     def codegen(context, builder, sig, args):
-        source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
-        rows = _number_of_rows(builder, sig.args[0], source)
-        numbers = builder.mul(rows, ir.Constant(rows.type, _width(block.row)))
-        view = cgutils.create_struct_proxy(result)(context, builder)
-        view.data = source.data
-        view.rows = builder.sdiv(numbers, ir.Constant(rows.type, _width(result.row)))
-        return view._getvalue()
+        data, rows = _opened(context, builder, sig.args[0], args[0])
+        numbers = builder.mul(rows, rows.type(_width(block.row)))
+        rows = builder.sdiv(numbers, rows.type(_width(result.row)))
+        return _closed(context, builder, result, data, rows)
 
     return codegen
 
