@@ -104,7 +104,10 @@ class Reach(Contents):
                     return False
         except ValueError:  # it holds nothing yet, or no more
             return False
-        return all(test() for test in self._tests)
+        for test in self._tests:
+            if not test():
+                return False
+        return True
 
     def _handed_on(self) -> Iterator[bytes]:
         """Count what may be read from modules that are handed on, until nothing new is met."""
