@@ -12,9 +12,9 @@ from typing import Any
 import numba
 import pytest
 
+import geomint as gi
 from geomint.kernels import numba_inside
-from geomint.kernels.numbers.arithmetic import epsilon
-from geomint.kernels.numbers.typing_lanes import insert_lane
+from geomint.kernels.compiling.compile import compile_function
 
 NAMES = re.findall(r"\S+", """
 numba.core.codegen:JITCodeLibrary numba.core.codegen:JITCodeLibrary.has_dynamic_globals
@@ -45,14 +45,16 @@ EXTENSIONS = r"numba(\.core(\.(types|errors|imputils|ir|typeconv|typing\.templat
 
 @pytest.mark.parametrize("name", NAMES)
 def test_numba_has(name: str) -> None:
-    result: Any = numba_inside.compiled(lambda x: x, numba.float64(numba.float64))
+    own = numba.float64(numba.float64)
+    result: Any = compile_function(gi.helper(lambda x: gi.maximum(x, 1.0)), own).kept[0]
     result.library.enable_object_caching()
+    intrinsic, overload = numba_inside.templates_of(gi.maximum)
     objects = {
         "dispatcher": numba.njit(lambda x: x),
         "result": result,
-        "overload": numba_inside.templates_of(epsilon)[0],
-        "intrinsic": numba_inside.templates_of(insert_lane)[0],
-        "function": insert_lane,
+        "overload": overload,
+        "intrinsic": intrinsic,
+        "function": numba.extending.intrinsic(lambda context, x: None),
     }
     root, _, path = name.partition(".")
     assert pkgutil.resolve_name(name) if ":" in name else [operator.attrgetter(path)(objects[root])]

@@ -142,8 +142,9 @@ def machine() -> tuple[Any, ...]:
     return tuple(cpu_target.target_context.codegen().magic_tuple())
 
 
-def told_of_types(dispatcher, tell: Callable[[tuple[Any, ...]], None]):
+def dispatcher_of(function, tell: Callable[[tuple[Any, ...]], None], **options):
     """Return a dispatcher that tells the types of what it is called with in other compiled code."""
+    dispatcher = _njit(**options)(function)
     template = dispatcher.get_call_template
 
     def told(args, kws):

@@ -19,12 +19,11 @@ from multiprocessing import parent_process
 from types import FrameType, FunctionType
 from typing import Any
 
-import numba
 from numba.core import config as _config, types
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from ..numba_inside import address_of, compiled, global_compiler_lock, linked, told_of_types
+from ..numba_inside import address_of, compiled, dispatcher_of, global_compiler_lock, linked
 from ..numbers import (  # noqa: F401 - what numba is to know
     typing_addresses,
     typing_blocks,
@@ -38,7 +37,6 @@ from .fingerprint import Reach
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .recorded import Recorded
 
-_njit: Any = numba.njit
 config: Any = _config
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -118,8 +116,8 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded):
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    dispatcher = _njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
-    return told_of_types(dispatcher, functools.partial(refuse_modules, recorded))
+    refuse = functools.partial(refuse_modules, recorded)
+    return dispatcher_of(_unique(recorded), refuse, forceinline=recorded.inline, **_OPTIONS)
 
 
 def _codes(recorded: Recorded) -> tuple[Reach, dict[int, Code]]:

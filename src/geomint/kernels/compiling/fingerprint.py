@@ -102,11 +102,11 @@ class Reach(Contents):
             for cell, value in self._cells.values():
                 if cell.cell_contents is not value:
                     return False
-        except ValueError:  # it holds nothing yet, or no more
+            for test in self._tests:
+                if not test():
+                    return False
+        except ValueError:  # a cell that holds nothing yet, or no more
             return False
-        for test in self._tests:
-            if not test():
-                return False
         return True
 
     def _handed_on(self) -> Iterator[bytes]:

@@ -1,4 +1,4 @@
-"""Elementary functions that take a number of any cls: float64, lane values, extended precision.
+"""Elementary functions that take a number of any kind: float64, lane values, extended precision.
 
 Fields and kernels use these where ``+ - * /`` are not enough. Compiled, they become machine code
 for float64 and for lane values (`geomint.kernels.numbers.typing_lanes`); in plain Python they act
@@ -171,7 +171,7 @@ def select(condition, x, y) -> Any:
 
 
 def like(value, example) -> Any:
-    """Return `value` as a number of the same cls as `example`: in every lane of a lane value."""
+    """Return `value` as a number of the same kind as `example`: in every lane of a lane value."""
     if hasattr(example, "of"):
         return example.of(value)
     if isinstance(example, np.ndarray):
@@ -211,7 +211,7 @@ def total(x) -> Any:
 
 
 def epsilon(x) -> float:
-    """Return the relative spacing of numbers of the cls of `x`; 2⁻⁵² for float64 and lanes."""
+    """Return the relative spacing of numbers of the kind of `x`; 2⁻⁵² for float64 and lanes."""
     dtype = getattr(x, "dtype", None)
     if dtype is not None:
         if dtype != np.object_:
