@@ -16,7 +16,7 @@ from .stepper import Stepper
 
 SHORT = 0.25  # of a step: implicit ones have fewer iterations then
 FEW = 40  # rows up to which a step in plain Python takes no time that one would notice
-_agreeing: set[tuple[str, ...]] = set()
+_agreeing: set[tuple[object, ...]] = set()
 
 
 def check_agreement(problem: str, stepper: Stepper) -> None:
@@ -25,7 +25,7 @@ def check_agreement(problem: str, stepper: Stepper) -> None:
     Once for the functions of a problem in a process, by the method that meets them first. A step that
     fails is not judged: the run will report it.
     """
-    key = tuple(f.recorded.fingerprint for f in stepper.functions)
+    key = tuple((f.recorded.fingerprint, f.rows) for f in stepper.functions)
     if not stepper.compiled or stepper.rows > FEW or key in _agreeing:
         return
     ends = []

@@ -5,17 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import (
     ACTION,
     CONSTRAINT,
     FIELD,
     FLOW,
-    GENERATOR,
     GRADIENTS,
     VALUE,
 )
+from ..problems.bound import bound
 from ..problems.forms import Group
 from ..problems.quadrature import generator_beside, group_beside
 from .binding import no_clock
@@ -34,12 +34,12 @@ def field_of(s: Start) -> tuple[Bound, int, Array, int]:
     """Return (field, rows, initial state, rows of scratch), the clock's row included if wanted."""
     problem = s.problem
     assert problem.field is not None  # Method.check_fits has refused others
-    n, m = problem.rows, len(problem.params)
+    n = problem.rows
     if not s.clock:
-        return bind(problem.field, FIELD, params=m, y=n, out=n), n, s.y0, problem.work
+        return bound(problem, problem.field, FIELD), n, s.y0, problem.work
     assert problem.clock is not None
     both = generator_beside(problem.field, problem.clock, n, n)
-    field = bind(both, FIELD, params=m, y=n + 1, out=n + 1)
+    field = bound(problem, both, FIELD, y=n + 1, out=n + 1)
     return field, n + 1, np.append(s.y0, 0.0), problem.work
 
 
@@ -56,13 +56,13 @@ def action_of(s: Start) -> tuple[Bound, Group, Array]:
     """
     problem, action = s.problem, s.problem.action
     assert action is not None
-    n, m, params = problem.rows, action.group.algebra_rows, len(problem.params)
+    n, m = problem.rows, action.group.algebra_rows
     if not s.clock:
-        return bind(action.generator, GENERATOR, params=params, y=n, xi=m), action.group, s.y0
+        return bound(problem, action.generator, FIELD, out=m), action.group, s.y0
     assert problem.clock is not None
     generator = generator_beside(action.generator, problem.clock, n, m)
-    sizes = {"params": params, "y": n + 1, "xi": m + 1}
-    return bind(generator, GENERATOR, **sizes), group_beside(action.group, n), np.append(s.y0, 0.0)
+    known = bound(problem, generator, FIELD, y=n + 1, out=m + 1)
+    return known, group_beside(action.group, n), np.append(s.y0, 0.0)
 
 
 def group_sizes(s: Start, group: Group, rows: int, stages: int) -> dict[str, int | Array]:
@@ -96,20 +96,18 @@ def hamiltonian_of(s: Start) -> tuple[tuple[Bound, ...], int, int]:
     problem = s.problem
     form = problem.hamiltonian
     assert form is not None
-    n, m = problem.rows // 2, len(problem.params)
-    rank = form.constraints
     functions = (
-        bind(form.gradients, GRADIENTS, params=m, q=n, p=n, dq=n, dp=n),
-        bind(form.constraint, CONSTRAINT, params=m, q=n, g=rank, G=rank * n),
+        bound(problem, form.gradients, GRADIENTS),
+        bound(problem, form.constraint, CONSTRAINT),
         _clock_of(s),
     )
-    return functions, n, rank
+    return functions, problem.rows // 2, form.constraints
 
 
 def _clock_of(s: Start) -> Bound:
     """Return the bound clock, or one that stands still."""
     clock = s.problem.clock if s.clock and s.problem.clock is not None else no_clock
-    return bind(clock, VALUE, params=len(s.problem.params), y=s.problem.rows)
+    return bound(s.problem, clock, VALUE)
 
 
 def splitting_of(s: Start) -> tuple[tuple[Bound, ...], int]:
@@ -117,5 +115,4 @@ def splitting_of(s: Start) -> tuple[tuple[Bound, ...], int]:
     problem = s.problem
     form = problem.splitting
     assert form is not None
-    n, m = problem.rows, len(problem.params)
-    return (bind(form.flow, FLOW, params=m, y=n, out=n), _clock_of(s)), form.parts
+    return (bound(problem, form.flow, FLOW), _clock_of(s)), form.parts

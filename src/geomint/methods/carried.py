@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError
-from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.number_types import NumberType
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
@@ -22,6 +22,7 @@ from ..kernels.tangent.layout import (
     work_layout,
 )
 from ..kernels.tangent.normals import CONDITIONS
+from ..problems.bound import bound
 from ..problems.derivatives import slopes_of
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
@@ -82,8 +83,7 @@ class Carried:
         self._take_of(stepper)
         manifold = Bound(no_conditions, FIELD)
         if conditions is not None:
-            given = {"params": len(problem.params), "y": problem.rows, "out": m}
-            manifold = bind(conditions, FIELD, **given)
+            manifold = bound(problem, conditions, FIELD, out=m)
         self.manifold = manifold.of_type(self.conditions)
         self._kept = self._start(problem, conditions, y0, time, directions)
         self.arguments = self._arguments(problem, stepper)

@@ -114,7 +114,7 @@ class Gauss(Method):
             )
 
         own = Kernel(
-            gauss_stepper(groups, constant, function.recorded if self.fused else None),
+            gauss_stepper(groups, constant, function.as_helper if self.fused else None),
             () if self.fused else (function,),
             coefficients,
             sum(gauss_work(rows, groups, 8 * scratch)),

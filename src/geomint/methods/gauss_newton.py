@@ -68,7 +68,7 @@ def newton_kernel(
     """
     tangent_lanes(DIRECTIONS).load()  # numba's half of what the Jacobians are made of
     stages, groups = len(at), 1 if len(at) <= LANES else 2
-    jacobians = Bound(jacobians_of(field.recorded), FIELD).of_type(LANE)
+    jacobians = Bound(jacobians_of(field.as_helper), FIELD).of_type(LANE)
     numbers = packed(
         newton_coefficients(groups),
         **_eigensystem(LANES * groups, tuple(at)),

@@ -18,8 +18,9 @@ from ..kernels.solve.lobatto import (
 )
 from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
+from .binding import lane_field
+from .bound_forms import hamiltonian_of
 from .gauss import predictor_columns, spread_columns, spread_vector
-from .lane_hamiltonian import lane_hamiltonian
 from .method import Start
 from .rattle import Rattle, unrolled_sizes
 from .stepper import Stepper
@@ -64,12 +65,14 @@ class Lobatto(Rattle):
         )
 
     def start(self, s: Start) -> Stepper:
-        functions, n, m, scratch = lane_hamiltonian(s)
+        functions, n, m = hamiltonian_of(s)
+        own = s.problem.params, s.y0, s.problem.work, s.compiled
+        laned, scratch = zip(*(lane_field(f, *own) for f in functions), strict=True)
         clock = int(s.clock)
         return s.stepper(
             s.y0,
             kernel=lobatto_stepper(*unrolled_sizes(n, m)),
-            functions=functions,
+            functions=laned,
             coefficients=packed(
                 lobatto_coefficients(len(s.lengths)),
                 rows=n,
@@ -80,7 +83,7 @@ class Lobatto(Rattle):
                 **_lane_coefficients(self.stages, s.lengths),
             ),
             memory=lobatto_memory(n, m, clock),
-            work=[LANES * rows for rows in lobatto_work(n, m, scratch)],
+            work=[LANES * rows for rows in lobatto_work(n, m, max(scratch))],
             evaluations=self.stages,
             stages_in_lanes=True,
         )

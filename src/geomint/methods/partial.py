@@ -9,7 +9,6 @@ import numpy as np
 
 from ..arguments import Array, Integers
 from ..errors import StepError
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
@@ -18,6 +17,7 @@ from ..kernels.solve.by_address import by_address
 from ..kernels.solve.orbit import INSIDE, bound_inside
 from ..kernels.solve.partial import PARTIAL, TO_CLOCK, bound_polynomial, bound_write
 from ..kernels.solve.status import NOT_CONVERGED, OK
+from ..problems.bound import bound
 from ..problems.problem import Problem
 from .stepper import Advance, Stepper, filled_block
 
@@ -145,10 +145,8 @@ class PartialSteps:
         if not clock:
             return PARTIAL.call(s.compiled, **driven(s))
         assert problem.clock is not None
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        return TO_CLOCK.call(
-            s.compiled, **driven(s), **polynomial_of(s), rate=bind(problem.clock, VALUE, **sizes)
-        )
+        rate = bound(problem, problem.clock, VALUE)
+        return TO_CLOCK.call(s.compiled, **driven(s), **polynomial_of(s), rate=rate)
 
     def to_times(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:
         """Return the states at the problem's own times, each from its node.

@@ -21,7 +21,6 @@ which the coordinates are quotients of theta functions. Two square roots of squa
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -36,7 +35,7 @@ from ..kernels.numbers.exponential import log
 from .evaluate import derivative, value
 from .forms import GroupAction, Measure
 from .problem import Problem
-from .quadrature import named_as
+from .quadrature import named_as, quantities
 from .spaces.repair import length
 from .time_scale import PARTS, characteristic_time, names_time
 
@@ -152,9 +151,6 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
     old = problem.clock
     joint = rate if problem.time == "t" else old and _product(of_own(old), rate)
 
-    def named(quantities: Mapping[str, Recorded]) -> dict[str, Recorded]:
-        return {name: of_own(f) for name, f in quantities.items()}
-
     name = clock if isinstance(clock, str) else rate.function.__name__
     result = dataclasses.replace(
         problem,
@@ -174,9 +170,7 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
             *problem.equations,
             f"d{'t' if problem.time == 't' else 'τ′'} = σ dτ,  σ: {name}",
         ),
-        invariants=named(problem.invariants),
-        constraints=named(problem.constraints),
-        observables=named(problem.observables),
+        **quantities(problem, of_own),
     )
     if state is not None:
         there = value(result, rate, state)

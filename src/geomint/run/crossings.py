@@ -8,7 +8,6 @@ import numpy as np
 
 from ..arguments import Array, Booleans
 from ..errors import EventError, StepError
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, part, scalar_block
@@ -16,6 +15,7 @@ from ..kernels.solve.events import EVENTS, MOST_IN_STEP, NODES, NOTE, SCRATCH
 from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, NOT_CONVERGED, OK
 from ..methods.partial import Nodes, driven, inside_of, own_blocks
 from ..methods.stepper import Advance, Stepper, filled_block
+from ..problems.bound import bound
 from ..problems.problem import Problem
 from .events import Event, component_at, looked_at
 from .met import Met
@@ -107,7 +107,6 @@ class Crossings:
         s, problem = self._stepper, self._problem
         self._kernel = s.kernel
         common = driven(s)
-        sizes = {"params": len(problem.params), "y": problem.rows}
         room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (s.rows + 2)))
         for name, event in self._events.items():
             row = event.row(problem)
@@ -115,7 +114,7 @@ class Crossings:
             self._calls[name] = EVENTS.call(
                 s.compiled,
                 **{**common, **own_blocks(s), **inside_of(s)},
-                event=bind(function, VALUE, **sizes),
+                event=bound(problem, function, VALUE),
                 component=row,
                 level=event.level,
                 y=scalar_block(problem.rows),

@@ -30,7 +30,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.tangent.measure import measure_sweep
@@ -38,6 +37,7 @@ from ..methods.carried import Carried
 from ..methods.method import Method, Start
 from ..methods.stepper import Stepper
 from ..problems.base import off_base
+from ..problems.bound import bound
 from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
@@ -92,8 +92,7 @@ class InvariantMeasure(StepsAgain):
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.measure is not None
         self._measure = problem.measure
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        density = bind(self._measure.log_density, VALUE, **sizes)
+        density = bound(problem, self._measure.log_density, VALUE)
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
         sweep = measure_sweep(
             carried.kernel, carried.functions, density, carried.manifold, carried.numbers

@@ -7,17 +7,20 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, get_type_hints
 
+import numpy as np
+
+from ..numbers.blocks import Block
 from .number_types import NumberType
 
 Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
 
-NUMBER, BLOCK, GIVEN = attrgetter("number"), attrgetter("block"), attrgetter("given")
-PARAMS = attrgetter("params")
+NUMBER, GIVEN, PARAMS = attrgetter("number"), attrgetter("given"), attrgetter("params")
+BLOCK, OUT, SCRATCH = attrgetter("block"), attrgetter("block"), attrgetter("block")
 MEMORY, COEFFICIENTS = attrgetter("memory"), attrgetter("coefficients")
 WHOLE, REAL, TIME = attrgetter("whole"), attrgetter("real"), attrgetter("time")
 
@@ -44,19 +47,60 @@ class Signature:
     own: NumberType | None = None
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Of its arguments, in order."""
+        return tuple(name for name, _ in self.arguments)
+
+    @property
     def in_lanes(self) -> Signature:
         """The same for eight numbers at once."""
         return replace(self, lanes=True)
 
-    def of(self, number_type: NumberType):
-        """Return numba's signature for a type of number."""
+    def of(self, number_type: NumberType, rows: tuple[tuple[str, int], ...] = ()):
+        """Return numba's signature for a type of number; blocks of those names have so many rows."""
         number_type = self.own or number_type
-        return _of(self, number_type.in_lanes if self.lanes else number_type)
+        return _of(self, number_type.in_lanes if self.lanes else number_type, rows)
 
     def __call__(self, number_type: NumberType):
         from numba.core import types
 
         return types.FunctionType(self.of(number_type))
+
+    def laid_out(
+        self, values: Mapping[str, Any], given: Callable[..., Any], fresh: Callable[..., Any]
+    ) -> dict[str, Any]:
+        """Return arguments for plain Python, in order, of values by name.
+
+        Arrays become blocks, ``given(name, array)``; instead of a block's value its number of rows
+        will do, for ``fresh(name, rows)``. Numbers and blocks stay.
+        """
+        made = {}
+        for name, kind in self.arguments:
+            value = made[name] = values[name]
+            if kind not in (NUMBER, WHOLE) and not isinstance(value, Block):
+                made[name] = (fresh if isinstance(value, int) else given)(name, value)
+        return made
+
+    def run(self, f: Callable[..., Any], held: Callable[[Any], Any] = Block, **values: Any) -> Any:
+        """Return what a function returns in plain Python, or the arrays that it writes.
+
+        Parameters
+        ----------
+        held : callable
+            What makes a block of numbers of an array: not of parameters, nor of a group's layout.
+        **values
+            See `laid_out`.
+        """
+        real = [name for name, kind in self.arguments if kind in (PARAMS, GIVEN)]
+        taken = self.laid_out(
+            values,
+            lambda name, x: Block(x) if name in real else held(x),
+            lambda _, rows: held(np.zeros(rows)),
+        )
+        result = f(*taken.values())
+        return (
+            result if self.result else [taken[k].data for k, kind in self.arguments if kind is OUT]
+        )
 
 
 @dataclass(frozen=True)
@@ -85,15 +129,17 @@ class Functions:
 
 
 @functools.cache
-def _of(signature: Signature, number_type: NumberType):
+def _of(signature: Signature, number_type: NumberType, rows: tuple[tuple[str, int], ...]):
     from numba.core import types
 
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore"
         )  # numba calls functions as arguments experimental every time
+        taken = {name: kind(number_type) for name, kind in signature.arguments}
+        taken.update((name, taken[name].of_rows(count)) for name, count in rows)
         result = types.void if signature.result is None else signature.result(number_type)
-        return result(*(kind(number_type) for _, kind in signature.arguments))
+        return result(*taken.values())
 
 
 def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
@@ -101,18 +147,23 @@ def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
     return Signature(tuple(arguments.items()), result)
 
 
-# Vector fields; invariants, observables, clocks; generators; a group acting, or a Lie bracket.
-FIELD = takes(params=PARAMS, t=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
-VALUE = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, work=BLOCK)
-GENERATOR = takes(params=PARAMS, t=NUMBER, y=BLOCK, xi=BLOCK, work=BLOCK)
-ACTION = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=BLOCK, work=BLOCK)
+# Vector fields, generators, conditions; invariants, observables, clocks.
+FIELD = takes(params=PARAMS, t=NUMBER, y=BLOCK, out=OUT, work=SCRATCH)
+VALUE = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, work=SCRATCH)
+# A group acting on states; Lie brackets; maps of tangents; how far it is to where coordinates end.
+ACTION = takes(layout=GIVEN, xi=BLOCK, y=BLOCK, out=OUT, work=SCRATCH)
+BRACKET = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=OUT, work=SCRATCH)
+TANGENT_MAP = takes(layout=GIVEN, u=BLOCK, v=BLOCK, out=OUT, work=SCRATCH)
+EXTENT = takes(NUMBER, layout=GIVEN, u=BLOCK, work=SCRATCH)
 # Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
-GRADIENTS = takes(params=PARAMS, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)
-CONSTRAINT = takes(params=PARAMS, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
+GRADIENTS = takes(params=PARAMS, t=NUMBER, q=BLOCK, p=BLOCK, dq=OUT, dp=OUT, work=SCRATCH)
+CONSTRAINT = takes(params=PARAMS, q=BLOCK, g=OUT, G=OUT, work=SCRATCH)
 # A two-form of two vectors.
-TWO_FORM = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, u=BLOCK, v=BLOCK, work=BLOCK)
+TWO_FORM = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, u=BLOCK, v=BLOCK, work=SCRATCH)
 # The increment of the flow of part k over h.
-FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
+FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=OUT, work=SCRATCH)
+# What is evaluated at points.
+MAP = takes(params=PARAMS, t=NUMBER, x=BLOCK, out=OUT, work=SCRATCH)
 
 
 def counted(number_type: NumberType):

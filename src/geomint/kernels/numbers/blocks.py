@@ -199,9 +199,6 @@ def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
     return block.as_lanes(start, rows)
 
 
-def fixed_rows(block, rows: int | None):
-    """Return the block; compiled, its row count becomes a constant, and loops over it unroll.
-
-    With None it stays what it is, and may be something else than a block.
-    """
+def fixed_rows(block, rows: int):
+    """Return the block; compiled, its row count becomes a constant, and loops over it unroll."""
     return block
