@@ -70,7 +70,7 @@ def _lane_by_lane(f: Bound, work: int) -> tuple[Bound, int]:
         {"return work[0]" * gives}"""
     known = (as_singles, part, lane, set_lane, take_lane, put_lane)
     made = written(source, f.as_helper, **{g.__name__: g for g in known})
-    return Bound(made, f.signature.in_lanes), -(-first // LANES)
+    return Bound(made, f.signature).in_lanes, -(-first // LANES)
 
 
 def _takes_lanes(f: Bound, params: Array, y: Array, work: int) -> bool:

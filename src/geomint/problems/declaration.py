@@ -316,11 +316,5 @@ _FORMS: dict[str, Any] = {
     "hamiltonian": _check_hamiltonian,
     "splitting": _check_splitting,
 }
-_MAPS = {
-    "act": ACTION,
-    "cayley": ACTION,
-    "bracket": BRACKET,
-    "dexpinv": TANGENT_MAP,
-    "dcayinv": TANGENT_MAP,
-    "extent": EXTENT,
-}
+_MAPS = dict.fromkeys(("act", "cayley"), ACTION) | {"bracket": BRACKET, "extent": EXTENT}
+_MAPS |= dict.fromkeys(("dexpinv", "dcayinv"), TANGENT_MAP)

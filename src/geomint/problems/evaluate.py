@@ -161,9 +161,8 @@ def _action_rates(problem: Problem, compiled: bool) -> Rate:
     call, state, xi = _call(problem, compiled, generator, FIELD, out=group.algebra_rows)
     element, moved = np.zeros(group.algebra_rows), np.zeros(problem.rows)
     act = Bound(group.act, ACTION).call(compiled and own_sizes(group) is not None)
-    scratch = scalar_block(group.work)
     act.set(layout=Block(group.layout), xi=Block(element), y=Block(state), out=Block(moved))
-    act.set(work=scratch)
+    act.set(work=scalar_block(group.work))
 
     def action_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         state[:] = y

@@ -10,7 +10,6 @@ an embedded manifold (``hamiltonian``), a sum of parts with known flows (``split
 import copy
 import dataclasses
 import functools
-import inspect
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, check_name, flat, whole
+from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, can_take, check_name, flat, whole
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
@@ -176,7 +175,7 @@ class Problem(Shown, Sendable):
             f, count = getattr(self, name), counts.get(name)
             if not (f is None or callable(f)):
                 raise DomainError(name, f, "a function or None")
-            if f is not None and count is not None and not _takes(f, count):
+            if f is not None and count is not None and not can_take(f, count):
                 said = "one argument" if count == 1 else "two arguments"
                 raise DomainError(name, f, f"a function of {said}")
         seen = set()
@@ -368,17 +367,6 @@ def _lines(equations: Any) -> tuple[str, ...]:
     for line in equations:
         _check_text("equations", line)
     return tuple(equations)
-
-
-def _takes(f: Callable[..., Any], count: int) -> bool:
-    """Tell whether a function can be called with that many arguments, as far as it says."""
-    try:
-        inspect.signature(f).bind(*[None] * count)
-    except TypeError:
-        return False
-    except ValueError:  # one that does not say
-        return True
-    return True
 
 
 def _generator(rng: Any) -> np.random.Generator:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arguments import Array, as_vector, check_name
 from ..errors import DomainError, FormError
-from ..kernels.compiling.recorded import Recorded, observable
+from ..kernels.compiling.recorded import Recorded, named_as, observable
 from ..kernels.numbers.blocks import fixed_rows, part
 from .forms import Group, GroupAction
 from .groups import translations
@@ -38,12 +38,6 @@ def generator_beside(f: Recorded, rate: Recorded, rows: int, algebra_rows: int) 
 def group_beside(group: Group, rows: int) -> Group:
     """Return the group that moves states of `rows` rows, and a number after them."""
     return replace(group, rows=rows) * translations(1)
-
-
-def named_as(function: Any, f: Recorded) -> Recorded:
-    """Return a function recorded under the name of another one."""
-    function.__name__ = f.function.__name__
-    return Recorded(function)
 
 
 def quantities(problem: Problem, of: Callable[[Recorded], Recorded]) -> dict[str, Any]:

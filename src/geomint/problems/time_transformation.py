@@ -28,14 +28,14 @@ import numpy as np
 from ..arguments import Array
 from ..errors import DomainError, FormError, nearest
 from ..kernels.compiling.code import reads
-from ..kernels.compiling.recorded import Recorded, helper, observable
+from ..kernels.compiling.recorded import Recorded, helper, named_as, observable
 from ..kernels.numbers.arithmetic import like, sqrt
 from ..kernels.numbers.blocks import part
 from ..kernels.numbers.exponential import log
 from .evaluate import derivative, value
 from .forms import GroupAction, Measure
 from .problem import Problem
-from .quadrature import named_as, quantities
+from .quadrature import quantities
 from .spaces.repair import length
 from .time_scale import PARTS, characteristic_time, names_time
 

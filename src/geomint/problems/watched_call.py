@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import can_take
 from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import Signature
@@ -33,7 +34,7 @@ def watched_call(
         judged by what it had not done until then: the run will report it.
     """
     arguments = signature.laid_out(values, Given, Fresh)
-    if not _takes(f, len(arguments)):
+    if not can_take(f.function, len(arguments)):
         wanted = ", ".join(arguments)
         what = f"takes {inspect.signature(f.function)}, where ({wanted}) is wanted {_place(f)}"
         raise DeclarationError(problem, role, what)
@@ -85,15 +86,6 @@ def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
         said += ": write products, or gi.pow(x, y)" if "** or pow()" in said else ""
         what = f"raises {type(error).__name__}: {said} {_place(f, error)}; see geomint.field"
         raise DeclarationError(problem, f.function.__name__, what) from error
-
-
-def _takes(f: Recorded, count: int) -> bool:
-    """Tell whether a function can be called with so many arguments."""
-    code, defaults = f.function.__code__, f.function.__defaults__ or ()
-    if code.co_kwonlyargcount > len(getattr(f.function, "__kwdefaults__", None) or {}):
-        return False
-    most = np.inf if code.co_flags & inspect.CO_VARARGS else code.co_argcount
-    return bool(code.co_argcount - len(defaults) <= count <= most)
 
 
 def _place(f: Recorded, error: BaseException | None = None) -> str:

@@ -15,19 +15,16 @@ a ball that is nearly homogeneous on the orbits of rotations: the defect that wa
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import ACTION, FIELD, VALUE
+from ..kernels.compiling.signatures import ACTION
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..problems.bound import bound, called
-from ..problems.declaration import check_value
 from ..problems.deviation import sizes_of
-from ..problems.evaluate import value
+from ..problems.evaluate import rates_of, value_of
 from ..problems.problem import Problem
 
 SAMPLES = 3
@@ -46,20 +43,12 @@ class Quantities:
     def __init__(self, problem: Problem, y0: Array) -> None:
         self._problem, self._sizes = problem, sizes_of(problem, y0)
         self._compiled = problem.rows > FEW
-        self._entries: dict[str, tuple[Any, ...]] = {}
         self._kinds: dict[str, dict[str, float]] = {}
 
     def value(self, name: str, t: float, y: Array) -> float:
         """Return a diagnostic at a state."""
         f = self._problem.diagnostics[name]
-        if not self._compiled:
-            return value(self._problem, f, y, t)
-        if name not in self._entries:
-            check_value(self._problem, f, y)
-            self._entries[name] = called(self._problem, bound(self._problem, f, VALUE))
-        call, state = self._entries[name]
-        state[:] = y
-        return float(call(t=float(t)))
+        return value_of(self._problem, f, y, self._compiled)(y, t)
 
     def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
@@ -151,9 +140,6 @@ class Quantities:
         """
         rng, worst = np.random.default_rng(2), 0.0
         problem = self._problem
-        assert problem.field is not None
-        field = bound(problem, problem.field, FIELD)
-        call, state, v = called(problem, field, self._compiled)
         for t, y in self._states():
             d = self._sizes * rng.normal(size=len(y))
             line = [self.value(name, t, y + k * d) for k in range(4)]
@@ -161,9 +147,8 @@ class Quantities:
             worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
             if worst > EXACT:
                 return worst
-            state[:] = y
-            call(t=float(t))
-            v /= np.max(np.abs(v) / self._sizes) or 1.0
+            v = rates_of(problem, y, self._compiled)(problem, y, t)
+            v = v / (np.max(np.abs(v) / self._sizes) or 1.0)
             slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
             terms = float(np.sum(np.abs(slopes)))
             if terms * SEEN < max(map(abs, line)):

@@ -11,7 +11,7 @@ from .beside import in_turn
 from .call import Call, Code
 from .compiled import compiled as machine_code
 from .number_types import SCALAR, NumberType
-from .recorded import Recorded
+from .recorded import Recorded, named_as
 from .signatures import Signature
 
 
@@ -29,7 +29,7 @@ class Bound:
     @property
     def in_lanes(self) -> Bound:
         """The same function for eight numbers at once, whatever calls it."""
-        return replace(self, signature=self.signature.in_lanes)
+        return replace(self, signature=replace(self.signature, lanes=True))
 
     @property
     def as_helper(self) -> Recorded:
@@ -101,6 +101,4 @@ def written(source: str, f: Recorded, **names: Any) -> Recorded:
     """Return the function ``made`` of a source that knows `f` and `names`; it is called as `f` is."""
     space = {"__name__": __name__, **names}
     exec(f"def make(f):\n    {source}\n    return made", space)
-    function = space["make"](f)
-    function.__name__ = function.__qualname__ = f.function.__name__
-    return Recorded(function)
+    return named_as(space["make"](f), f)

@@ -51,11 +51,6 @@ class Signature:
         """Of its arguments, in order."""
         return tuple(name for name, _ in self.arguments)
 
-    @property
-    def in_lanes(self) -> Signature:
-        """The same for eight numbers at once."""
-        return replace(self, lanes=True)
-
     def of(self, number_type: NumberType, rows: tuple[tuple[str, int], ...] = ()):
         """Return numba's signature for a type of number; blocks of those names have so many rows."""
         number_type = self.own or number_type
@@ -98,9 +93,8 @@ class Signature:
             lambda _, rows: held(np.zeros(rows)),
         )
         result = f(*taken.values())
-        return (
-            result if self.result else [taken[k].data for k, kind in self.arguments if kind is OUT]
-        )
+        written = [taken[name].data for name, kind in self.arguments if kind is OUT]
+        return result if self.result else written
 
 
 @dataclass(frozen=True)
@@ -133,9 +127,8 @@ def _of(signature: Signature, number_type: NumberType, rows: tuple[tuple[str, in
     from numba.core import types
 
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # numba calls functions as arguments experimental every time
+        # numba calls functions as arguments experimental every time.
+        warnings.simplefilter("ignore")
         taken = {name: kind(number_type) for name, kind in signature.arguments}
         taken.update((name, taken[name].of_rows(count)) for name, count in rows)
         result = types.void if signature.result is None else signature.result(number_type)
@@ -147,23 +140,31 @@ def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
     return Signature(tuple(arguments.items()), result)
 
 
-# Vector fields, generators, conditions; invariants, observables, clocks.
-FIELD = takes(params=PARAMS, t=NUMBER, y=BLOCK, out=OUT, work=SCRATCH)
-VALUE = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, work=SCRATCH)
+_KINDS: dict[str, Kind] = {"params": PARAMS, "layout": GIVEN, "k": WHOLE, "work": SCRATCH}
+_KINDS |= dict.fromkeys("th", NUMBER) | dict.fromkeys(("out", "dq", "dp", "g", "G"), OUT)
+
+
+def _named(names: str, result: Kind | None = None) -> Signature:
+    """Return the signature of functions of problems: kinds follow from names, else it is a block."""
+    return Signature(tuple((name, _KINDS.get(name, BLOCK)) for name in names.split()), result)
+
+
+# Vector fields, generators, conditions; invariants, observables, clocks; what is evaluated at points.
+FIELD = _named("params t y out work")
+VALUE = _named("params t y work", NUMBER)
+MAP = _named("params t x out work")
 # A group acting on states; Lie brackets; maps of tangents; how far it is to where coordinates end.
-ACTION = takes(layout=GIVEN, xi=BLOCK, y=BLOCK, out=OUT, work=SCRATCH)
-BRACKET = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=OUT, work=SCRATCH)
-TANGENT_MAP = takes(layout=GIVEN, u=BLOCK, v=BLOCK, out=OUT, work=SCRATCH)
-EXTENT = takes(NUMBER, layout=GIVEN, u=BLOCK, work=SCRATCH)
+ACTION = _named("layout xi y out work")
+BRACKET = _named("layout x y out work")
+TANGENT_MAP = _named("layout u v out work")
+EXTENT = _named("layout u work", NUMBER)
 # Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
-GRADIENTS = takes(params=PARAMS, t=NUMBER, q=BLOCK, p=BLOCK, dq=OUT, dp=OUT, work=SCRATCH)
-CONSTRAINT = takes(params=PARAMS, q=BLOCK, g=OUT, G=OUT, work=SCRATCH)
+GRADIENTS = _named("params t q p dq dp work")
+CONSTRAINT = _named("params q g G work")
 # A two-form of two vectors.
-TWO_FORM = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, u=BLOCK, v=BLOCK, work=SCRATCH)
+TWO_FORM = _named("params t y u v work", NUMBER)
 # The increment of the flow of part k over h.
-FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=OUT, work=SCRATCH)
-# What is evaluated at points.
-MAP = takes(params=PARAMS, t=NUMBER, x=BLOCK, out=OUT, work=SCRATCH)
+FLOW = _named("k params t h y out work")
 
 
 def counted(number_type: NumberType):
