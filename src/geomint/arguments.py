@@ -3,7 +3,6 @@
 Whatever a foreign object raises when it is asked for its numbers, or for its length, ends as one.
 """
 
-import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -22,7 +21,6 @@ __all__ = [
     "as_array",
     "as_vector",
     "by_name",
-    "can_take",
     "check_name",
     "finite",
     "flat",
@@ -201,14 +199,3 @@ def by_name(
             raise DomainError(what, name, "names unlike each other: give a mapping")
         chosen[name] = found
     return chosen
-
-
-def can_take(f: Callable[..., Any], count: int) -> bool:
-    """Tell whether a function can be called with that many arguments, as far as it says."""
-    try:
-        inspect.signature(f).bind(*[None] * count)
-    except TypeError:
-        return False
-    except ValueError:  # one that does not say
-        return True
-    return True

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, can_take, check_name, flat, whole
+from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, check_name, flat, whole
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
@@ -29,6 +29,7 @@ from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
 from .two_form import SymplecticForm
 from .units import unit_among
+from .watched_call import can_take
 
 Time = Literal["t", "tau"]
 

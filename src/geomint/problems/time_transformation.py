@@ -27,8 +27,8 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError, FormError, nearest
-from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded, helper, named_as, observable
+from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.arithmetic import like, sqrt
 from ..kernels.numbers.blocks import part
 from ..kernels.numbers.exponential import log
@@ -204,7 +204,7 @@ def _rate_of(problem: Problem, clock: Any, state: Array | None) -> tuple[Recorde
 def _check_autonomous(problem: Problem, state: Array | None) -> None:
     """Raise `FormError` if what names its time depends on it: at another time its bits are others."""
     functions = (*problem.diagnostics.values(), *((problem.clock,) if problem.clock else ()))
-    naming = [f for f in functions if reads(f.function.__code__, 1)]
+    naming = [f for f in functions if VALUE.reads(f, "t")]
     if not naming and not names_time(problem):
         return
     y = problem.random_state(0) if state is None and problem.make_random is not None else state
@@ -234,7 +234,7 @@ def _speed(field: Recorded, sizes: tuple[int, ...], own: int) -> Recorded:
 @functools.cache
 def _of_own(own: int | None, f: Recorded) -> Recorded:
     """Return an observable that gets only the parameters it knows, and no time of another clock."""
-    if own is None and not reads(f.function.__code__, 1):
+    if own is None and not VALUE.reads(f, "t"):
         return f
 
     def observed(params, t, y, work):

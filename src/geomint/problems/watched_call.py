@@ -1,12 +1,11 @@
 """One call of a function, in plain Python, on blocks that watch what it does to them."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from ..arguments import can_take
 from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import Signature
@@ -86,6 +85,17 @@ def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
         said += ": write products, or gi.pow(x, y)" if "** or pow()" in said else ""
         what = f"raises {type(error).__name__}: {said} {_place(f, error)}; see geomint.field"
         raise DeclarationError(problem, f.function.__name__, what) from error
+
+
+def can_take(f: Callable[..., Any], count: int) -> bool:
+    """Tell whether a function can be called with that many arguments, as far as it says."""
+    try:
+        inspect.signature(f).bind(*[None] * count)
+    except TypeError:
+        return False
+    except ValueError:  # one that does not say
+        return True
+    return True
 
 
 def _place(f: Recorded, error: BaseException | None = None) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...arguments import Array
 from ...errors import FormError
-from ...kernels.compiling.code import reads
 from ...kernels.compiling.signatures import CONSTRAINT, GRADIENTS
 from ...problems.bound import bound, called
 from .peer import End, Motion, Peer, Ready
@@ -18,7 +17,7 @@ def start(motion: Motion) -> Callable[[float], Ready]:
     """State the motion as Mici takes it."""
     problem, n = motion.problem, len(motion.y0) // 2
     form = problem.hamiltonian
-    if form is None or not form.separable or reads(form.gradients.function.__code__, 1):
+    if form is None or not form.separable or GRADIENTS.reads(form.gradients, "t"):
         raise FormError("the problem has no separable Hamiltonian with constraints, free of time")
     integrators: Any = import_module("mici.integrators")
     states: Any = import_module("mici.states")

@@ -15,7 +15,9 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from ..numbers.blocks import Block
+from .code import reads
 from .number_types import NumberType
+from .recorded import Recorded
 
 Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
 
@@ -50,6 +52,10 @@ class Signature:
     def names(self) -> tuple[str, ...]:
         """Of its arguments, in order."""
         return tuple(name for name, _ in self.arguments)
+
+    def reads(self, f: Recorded, name: str) -> bool:
+        """Tell whether a function's code names that argument at all: if not, it is not read."""
+        return reads(f.function.__code__, self.names.index(name))
 
     def of(self, number_type: NumberType, rows: tuple[tuple[str, int], ...] = ()):
         """Return numba's signature for a type of number; blocks of those names have so many rows."""
