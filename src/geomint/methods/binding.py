@@ -11,7 +11,7 @@ from ..kernels.compiling.bound import Bound, written
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE
 from ..kernels.compiling.recorded import Recorded, helper
-from ..kernels.compiling.signatures import BLOCK, FIELD, NUMBER, OUT, PARAMS, SCRATCH, Kind
+from ..kernels.compiling.signatures import BLOCK, FIELD, NUMBER, OUT, SCRATCH, Kind
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import LaneBlock, as_singles, part, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
@@ -57,8 +57,8 @@ def _lane_by_lane(f: Bound, work: int) -> tuple[Bound, int]:
     def each(kind: Kind, text: str) -> str:
         return "; ".join(text.format(name) for name, known in taken if known is kind)
 
-    others: dict[Kind, str] = {NUMBER: "lane({}, i)", PARAMS: "{}"}
-    call = f"f({', '.join(others.get(kind, '{}_1').format(name) for name, kind in taken)})"
+    texts: dict[Kind, str] = {BLOCK: "{}_1", OUT: "{}_1", SCRATCH: "{}_1", NUMBER: "lane({}, i)"}
+    call = f"f({', '.join(texts.get(kind, '{}').format(name) for name, kind in taken)})"
     gives = f.signature.result is not None
     source = f"""def made({", ".join(f.signature.names)}):
         singles = as_singles(work)
