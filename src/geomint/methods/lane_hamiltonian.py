@@ -12,24 +12,23 @@ from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import as_singles, part, section, sections, set_lane
 from ..kernels.numbers.lanes import LANES
 from .binding import put_lane, take_lane, takes_lanes
-from .bound_forms import hamiltonian_of
-from .method import Start
+from .posed import Posed
 
 Work = namedtuple("Work", "q p first second work result")
 
 
-def lane_hamiltonian(s: Start) -> tuple[tuple[Bound, ...], int, int, int]:
+def lane_hamiltonian(p: Posed) -> tuple[tuple[Bound, ...], int, int, int]:
     """Return (gradients, constraint, clock), all in lanes; n, m, and lane values of scratch."""
-    functions, n, m = hamiltonian_of(s)
-    work, params, q, p = s.problem.work, s.problem.params, s.y0[:n], s.y0[n:]
+    functions, n, m = p.hamiltonian
+    work, params, y = p.problem.work, p.problem.params, p.state
     out, scratch = np.zeros(n), np.zeros(work)
     blocks = (
-        {"q": q, "p": p, "dq": out, "dp": out},
-        {"q": q, "g": np.zeros(m), "G": np.zeros(m * n)},
-        {"y": s.y0},
+        {"q": y[:n], "p": y[n:], "dq": out, "dp": out},
+        {"q": y[:n], "g": np.zeros(m), "G": np.zeros(m * n)},
+        {"y": y},
     )
     fit = [
-        takes_lanes(f, params, s.compiled, work=scratch, **given)
+        takes_lanes(f, params, p.compiled, work=scratch, **given)
         for f, given in zip(functions, blocks, strict=True)
     ]
     if all(fit):

@@ -10,10 +10,10 @@ from typing import Any
 from ..arguments import Array, finite, positive
 from ..errors import DomainError, StepError, StepLimitError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
-from ..methods import Exact, Method, Start, find_solver
+from ..methods import Exact, Method, find_solver
 from ..methods.adaptive import Adaptive
 from ..methods.partial import PartialSteps
-from ..problems.declaration import check_problem
+from ..problems.declaration import check_problem, check_watched
 from ..problems.declared import tell_false_claims
 from ..problems.problem import Problem
 from ..watch.functions import Function
@@ -262,7 +262,6 @@ def _solved(
     progress: bool | None,
     compiled: bool,
     admitted: Array | None = None,
-    functions: tuple[str, ...] = (),
     turning: bool = True,
     given: bool = True,
     confirmed: bool = False,
@@ -271,12 +270,11 @@ def _solved(
 ) -> Solution:
     """Return what `solve` does with a step, or the default one, once.
 
-    `admitted` is y0 made canonical, where that has been done, and `functions` what `check_problem` has
-    returned. `turning`: whether steps whose iteration does not converge are taken by what the method
-    has for them; else they end the run. `given`: whether the user has given the step. `confirmed`:
-    whether a second run shall tell the error at the end. `breaks`, as `breaks_of` returns them, may lie
-    beyond the end; `halved` is the step of a run with them of whose steps each is halved. `most`:
-    iterations, from which on it is a `StepLimitError`.
+    `admitted` is y0 made canonical, where that has been done. `turning`: whether steps whose iteration
+    does not converge are taken by what the method has for them; else they end the run. `given`: whether
+    the user has given the step. `confirmed`: whether a second run shall tell the error at the end.
+    `breaks`, as `breaks_of` returns them, may lie beyond the end; `halved` is the step of a run with
+    them of whose steps each is halved. `most`: iterations, from which on it is a `StepLimitError`.
     """
     check_switches(
         compiled=compiled,
@@ -324,12 +322,15 @@ def _solved(
     evaluated = {f"observe[{name!r}]": f for name, f in said if f is not None}
     looked_for, callback = choose_events(events), check_callback(callback)
     evaluated.update({f"events[{k!r}]": looked_at(e, problem) for k, e in looked_for.items()})
-    form = problem.forms[0] if exact else chosen.needs
-    if admitted is None or evaluated:  # else it has been looked at with the state
-        functions = check_problem(problem, state, form, with_clock, evaluated)
+    if exact:
+        seen = check_problem(problem, state, problem.forms[0], with_clock)
+    else:
+        flow = chosen.on(problem, state, timeline.start, with_clock, compiled)
+        seen = flow.seen
+    check_watched(problem, state, evaluated)
     ahead = timeline.own_end
     ahead = math.copysign(math.inf, timeline.h) if ahead is None else ahead - timeline.start
-    tell_false_claims(problem, state, timeline.start, ahead, functions)
+    tell_false_claims(problem, state, timeline.start, ahead, seen)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -343,19 +344,9 @@ def _solved(
             progress=progress,
             compiled=compiled,
         )
-    start = Start(
-        problem,
-        state,
-        timeline.start,
-        timeline.h,
-        with_clock,
-        compiled=compiled,
-        end=timeline.own_end,
-        functions=functions,
-    )
-    integrator = Integrator.of(chosen, start, t0, before)
-    if not turning:
-        integrator.stepper.otherwise = None
+    stepper = flow.begin(state, timeline.start, timeline.h, timeline.own_end)
+    stepper.turning = turning
+    integrator = Integrator.of(chosen, stepper, t0, before)
     least = 1 if given else 2  # in a stretch: a second run has longer steps
     stretches = divided(integrator, timeline, breaks, halved, least)
     if len(stretches) > 1:
@@ -365,7 +356,7 @@ def _solved(
         timeline = timeline._replace(start=integrator.time, steps=steps, remainder=0.0)
     begin = integrator.t if with_clock or problem.time == "t" else 0.0
     wanted = Wanted(
-        PartialSteps(problem, integrator.stepper),
+        PartialSteps(stepper),
         wanted_times(problem, timeline, begin, integrator.time, t_eval, tau_eval),
         math.copysign(1.0, timeline.h),
         with_clock and tau_eval is None,
@@ -373,10 +364,10 @@ def _solved(
     observers, crossings = None, None
     if watched:
         samples = timeline.expected / observe_every
-        start_of = integrator.state, integrator.time, integrator.stepper
+        start_of = integrator.state, integrator.time, stepper
         observers = Observers(watched, Run(problem, *start_of, samples, chosen))
     if looked_for:
-        crossings = Crossings(problem, integrator.stepper, looked_for, before)
+        crossings = Crossings(stepper, looked_for, before)
     recorder = Recorder(
         integrator,
         timeline,
@@ -391,7 +382,7 @@ def _solved(
     bar.total = recorder.length
     with bar:
         along = [part for part in (observers, crossings) if part is not None]
-        bar.expect(integrator.stepper.entries + sum(part.entries for part in along))
+        bar.expect(flow.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
         own = callback is not None or any(type(w) is not Function for w in watched.values())
         known = compiled and not own and not chosen.adaptive and timeline.own_end is not None
@@ -428,8 +419,8 @@ def _solved(
         raise status
     if solution.success and isinstance(solution.ranked, Ranked):
         reached = solution.ranked.final[: problem.rows]
-        tell_false_claims(problem, reached, solution.ranked.end, -ahead, functions, moved=True)
-    if given and integrator.stepper.turned:
+        tell_false_claims(problem, reached, solution.ranked.end, -ahead, seen, moved=True)
+    if given and stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif given and step is not None and may_lose(solution, True):
         tell_lost_integrals(solution, state, timeline.start, given, compiled)

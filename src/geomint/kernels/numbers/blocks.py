@@ -205,3 +205,11 @@ def fixed_rows(block, rows: int | None):
     With None it stays what it is, and may be something else than a block.
     """
     return block
+
+
+def filled_block(*parts) -> Block:
+    """Return a block of all the numbers given, one after the other."""
+    numbers = np.concatenate([np.ravel(np.asarray(p, dtype=np.float64)) for p in parts])
+    block = scalar_block(len(numbers))
+    block.data[:] = numbers
+    return block

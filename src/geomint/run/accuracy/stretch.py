@@ -18,6 +18,7 @@ from ...kernels.compiling.call import Call
 from ...kernels.numbers.blocks import Block
 from ...kernels.solve.status import NOT_CONVERGED, OK
 from ...kernels.solve.trial import PARTING, TRIAL
+from ...methods.flow import Flow
 from ...methods.partial import driven, own_blocks
 from ...methods.stepper import Stepper
 from ...problems.problem import Problem
@@ -94,9 +95,8 @@ def stretch(
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
     status = NOT_CONVERGED
     while status == NOT_CONVERGED:
-        kernel = stepper.kernel
-        key = "trial", kernel, threading.get_ident()  # which has a call of its own
-        call = stepper.beside.get(key) or stepper.beside.setdefault(key, _trial(stepper, motion))
+        flow, key = stepper.flow, ("trial", threading.get_ident())  # which has a call of its own
+        call = flow.calls.get(key) or flow.calls.setdefault(key, _trial(flow, motion))
         status, _, work, _ = call(
             t=motion.begin,
             h=h,
@@ -110,18 +110,18 @@ def stretch(
             sizes=Block(sizes),
             errors=Block(errors),
         )
-        if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
+        if status != OK and not (status == NOT_CONVERGED and stepper.turn(flow)):
             return None
     times, fine = COARSE * each * step * np.arange(1.0, count + 1.0), out.reshape(2, count, rows)[1]
     return _shown(Stretch(times, errors, work, fine), motion)
 
 
-def _trial(stepper: Stepper, motion: Motion) -> Call:
+def _trial(flow: Flow, motion: Motion) -> Call:
     """Return the call of trials, with blocks of its own for what they change."""
-    known = {**driven(stepper), **own_blocks(stepper), "ends": _ends(motion)}
+    known = {**driven(flow), **own_blocks(flow), "ends": _ends(motion)}
     unused = ("write", "table", "begun", "whole")
     given = {key: value for key, value in known.items() if key not in unused}
-    return TRIAL.call(stepper.compiled, **given)
+    return TRIAL.call(flow.compiled, **given)
 
 
 def _ends(motion: Motion) -> Block:
