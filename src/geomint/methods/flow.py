@@ -85,8 +85,10 @@ class Flow:
         Whether a step of eight states at once, in lanes, is that of each alone, to the bit.
     ranked : bool
         Whether each step has a number of its own that ranks it (`geomint.kernels.solve.ranks`).
+    newton : bool
+        Whether its iterations are those of Newton's method, where others do not converge.
     make_other : callable, optional
-        Makes what takes the steps from the first one on that does not converge.
+        Makes what takes the steps from the first one on that does not converge, by Newton's method.
     seen : tuple of str
         What `check_problem` has returned.
     """
@@ -105,6 +107,7 @@ class Flow:
     stages_in_lanes: bool = False
     lane_by_lane: bool = False
     ranked: bool = False
+    newton: bool = False
     make_other: Callable[[], Kernel] | None = None
     seen: tuple[str, ...] = ()
 
@@ -163,7 +166,7 @@ class Flow:
                 if self.make_other is not None:
                     try:
                         own = self.make_other()._asdict()
-                        found = replace(self, **own, make_other=None)
+                        found = replace(self, **own, newton=True, make_other=None)
                         found.prepare()
                     except DeclarationError:
                         found = None

@@ -131,6 +131,7 @@ class Gauss(Method):
             between=None if len(p.lengths) > 1 else _between(stages, groups),
             stages_in_lanes=True,
             ranked=True,
+            newton=self.iteration == "newton",
             make_other=newton if self.iteration == "auto" else None,
         )
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arguments import Array, Integers
 from ..errors import StepError
-from ..kernels.compiling.bound import bind
+from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, filled_block, scalar_block
@@ -18,6 +18,7 @@ from ..kernels.solve.by_address import by_address
 from ..kernels.solve.orbit import INSIDE, bound_inside
 from ..kernels.solve.partial import PARTIAL, TO_CLOCK, bound_polynomial, bound_write
 from ..kernels.solve.status import NOT_CONVERGED, OK
+from ..problems.problem import Problem
 from .flow import Flow
 from .stepper import Advance, Stepper
 
@@ -95,6 +96,32 @@ def own_blocks(flow: Flow) -> dict[str, Block]:
         "work": scalar_block(flow.work),
         "whole": scalar_block(flow.memory),
     }
+
+
+def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Any:
+    """Return what a kernel returns that drives a stepper's flow; None where steps fail.
+
+    Compiled code lets other threads run: each has a call of its own, and what that changes.
+    """
+    while True:
+        flow = stepper.flow
+        key = kernel.recorded, threading.get_ident()
+        call = flow.calls.get(key)
+        if call is None:
+            names = dict(kernel.signature.arguments)
+            known = {**driven(flow), **own_blocks(flow), "ends": ends_of(flow.problem)}
+            own = {name: value for name, value in known.items() if name in names}
+            call = flow.calls[key] = kernel.call(flow.compiled, **own)
+        found = call(**given)
+        if found[0] == OK:
+            return found
+        if found[0] != NOT_CONVERGED or not stepper.turn(flow):
+            return None
+
+
+def ends_of(problem: Problem) -> Block:
+    """Return where the pieces of the state end."""
+    return Block(np.cumsum([float(rows) for _, rows in problem.pieces]))
 
 
 def polynomial_of(flow: Flow) -> dict[str, Any]:

@@ -58,7 +58,6 @@ class Stepper:
         self.memory.data[: len(y)] = y
         self.t0, self.h, self.end, self.turning = t, h, end, True
         self.before: Any = None
-        self.turned = False  # whether the other kernel takes the steps
         self._take(flow)
 
     def _take(self, flow: Flow) -> None:
@@ -175,7 +174,6 @@ class Stepper:
         """Turn from a flow to that for the steps which it cannot take; False if there is none."""
         if self.flow is failed and self.turning and (other := failed.other) is not None:
             self._take(other)
-            self.turned = True
         return self.flow is not failed
 
     def _advanced(

@@ -18,7 +18,7 @@ from ..problems.declared import tell_false_claims
 from ..problems.problem import Problem
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
-from ..watch.watcher import Run
+from ..watch.watcher import Run, Watcher
 from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
@@ -29,7 +29,7 @@ from .calls import explained, still
 from .crossings import Crossings
 from .driver import drive
 from .error_estimate import check_estimate, error_estimate, label
-from .events import choose_events, looked_at
+from .events import Event, choose_events, looked_at
 from .exact.follow import ExactRun, check_no_steps
 from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
@@ -315,19 +315,17 @@ def _solved(
             timeline = plan_timeline(*for_run, longest, *rest)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
-    chosen.check_fits(problem, with_clock)
-    watched = choose_watchers(problem, observe)
-    check_counts(watched, save_every, observe_every)
-    said = ((name, w.evaluates(problem)) for name, w in watched.items())
-    evaluated = {f"observe[{name!r}]": f for name, f in said if f is not None}
+    watched = choose_watchers(problem, observe) if observe != () else {}
+    if save_every is not None or observe_every != 1:
+        check_counts(watched, save_every, observe_every)
     looked_for, callback = choose_events(events), check_callback(callback)
-    evaluated.update({f"events[{k!r}]": looked_at(e, problem) for k, e in looked_for.items()})
     if exact:
         seen = check_problem(problem, state, problem.forms[0], with_clock)
     else:
         flow = chosen.on(problem, state, timeline.start, with_clock, compiled)
         seen = flow.seen
-    check_watched(problem, state, evaluated)
+    if watched or looked_for:
+        check_watched(problem, state, _evaluated(problem, watched, looked_for))
     ahead = timeline.own_end
     ahead = math.copysign(math.inf, timeline.h) if ahead is None else ahead - timeline.start
     tell_false_claims(problem, state, timeline.start, ahead, seen)
@@ -348,20 +346,21 @@ def _solved(
     stepper.turning = turning
     integrator = Integrator.of(chosen, stepper, t0, before)
     least = 1 if given else 2  # in a stretch: a second run has longer steps
-    stretches = divided(integrator, timeline, breaks, halved, least)
+    stretches = divided(integrator, timeline, breaks, halved, least) if breaks else (timeline,)
     if len(stretches) > 1:
         integrator._go_on(stretches[0])
         before = before and replace(before, done=0)
         steps = None if chosen.adaptive else sum(stretch.steps or 0 for stretch in stretches)
         timeline = timeline._replace(start=integrator.time, steps=steps, remainder=0.0)
     begin = integrator.t if with_clock or problem.time == "t" else 0.0
-    wanted = Wanted(
-        PartialSteps(stepper),
-        wanted_times(problem, timeline, begin, integrator.time, t_eval, tau_eval),
-        math.copysign(1.0, timeline.h),
-        with_clock and tau_eval is None,
-    )
-    observers, crossings = None, None
+    observers, crossings, wanted = None, None, None
+    if timeline.physical_end is not None or t_eval is not None or tau_eval is not None:
+        wanted = Wanted(
+            PartialSteps(stepper),
+            wanted_times(problem, timeline, begin, integrator.time, t_eval, tau_eval),
+            math.copysign(1.0, timeline.h),
+            with_clock and tau_eval is None,
+        )
     if watched:
         samples = timeline.expected / observe_every
         start_of = integrator.state, integrator.time, stepper
@@ -420,7 +419,7 @@ def _solved(
     if solution.success and isinstance(solution.ranked, Ranked):
         reached = solution.ranked.final[: problem.rows]
         tell_false_claims(problem, reached, solution.ranked.end, -ahead, seen, moved=True)
-    if given and stepper.turned:
+    if given and stepper.flow is not flow:
         tell_long_steps(problem, chosen, state, timeline)
     elif given and step is not None and may_lose(solution, True):
         tell_lost_integrals(solution, state, timeline.start, given, compiled)
@@ -441,6 +440,16 @@ def _solved(
         begin = t0 if label(solution)[0] == "t" else 0.0
         solution.error_estimate = error_estimate(solution, again, begin)
     return solution
+
+
+def _evaluated(
+    problem: Problem, watched: Mapping[str, Watcher], looked_for: Mapping[str, Event]
+) -> dict[str, Any]:
+    """Return the functions that are watched, and looked at for events, by argument."""
+    said = ((name, w.evaluates(problem)) for name, w in watched.items())
+    found: dict[str, Any] = {f"observe[{name!r}]": f for name, f in said if f is not None}
+    found.update({f"events[{k!r}]": looked_at(e, problem) for k, e in looked_for.items()})
+    return found
 
 
 def _integrate(
