@@ -10,7 +10,7 @@ from ..arguments import Array
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.number_types import LANE, tangent_lanes
 from ..kernels.compiling.signatures import FIELD
-from ..kernels.numbers.blocks import Block, packed
+from ..kernels.numbers.blocks import Block, filled_block, packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.numbers.tangent import tangent_block
 from ..kernels.solve.gauss_newton import newton_stepper
@@ -19,25 +19,26 @@ from ..kernels.solve.stage_jacobians import DIRECTIONS, jacobian_scratch, jacobi
 from ..problems.declaration import is_new, remember
 from ..problems.watched_call import unwatched_call
 from ..tableaux import gauss_legendre
-from .method import Start
-from .stepper import Kernel, filled_block
+from .flow import Kernel
+from .posed import Posed
 
 
-def check_derivatives(s: Start, field: Bound, y0: Array, work: int) -> None:
+def check_derivatives(p: Posed, field: Bound) -> None:
     """Raise `DeclarationError` unless a field takes numbers with derivatives: it runs once."""
-    what = ("derivatives", field.recorded.fingerprint, work)
-    if not is_new(s.problem, what):
+    problem, rows = p.problem, p.rows
+    what = ("derivatives", field.recorded.fingerprint, problem.work)
+    if not is_new(problem, what):
         return
     held = tangent_block(1)
-    numbers = np.zeros((2, len(y0)))
-    numbers[0] = y0
-    given, params = held(numbers.T.ravel()), Block(s.problem.params)
-    out, scratch = (held(np.zeros(2 * rows)) for rows in (len(y0), work))
+    numbers = np.zeros((2, rows))
+    numbers[0, : problem.rows] = p.state
+    given, params = held(numbers.T.ravel()), Block(problem.params)
+    out, scratch = (held(np.zeros(2 * size)) for size in (rows, problem.work))
     with np.errstate(all="ignore"):
         unwatched_call(
-            s.problem.name, field.recorded, params, given[0] * 0.0 + s.t0, given, out, scratch
+            problem.name, field.recorded, params, given[0] * 0.0 + p.time, given, out, scratch
         )
-    remember(s.problem, what)
+    remember(problem, what)
 
 
 def newton_kernel(

@@ -19,11 +19,10 @@ from ..kernels.solve.lobatto import (
 from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
 from .binding import lane_field
-from .bound_forms import hamiltonian_of
+from .flow import Flow
 from .gauss import predictor_columns, spread_columns, spread_vector
-from .method import Start
+from .posed import Posed
 from .rattle import Rattle, unrolled_sizes
-from .stepper import Stepper
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,23 +63,22 @@ class Lobatto(Rattle):
             summary=f"RATTLE with {stages} stages, implicit",
         )
 
-    def start(self, s: Start) -> Stepper:
-        functions, n, m = hamiltonian_of(s)
-        own = s.problem.params, s.y0, s.problem.work, s.compiled
+    def flow(self, p: Posed) -> Flow:
+        functions, n, m = p.hamiltonian
+        own = p.problem.params, p.state, p.problem.work, p.compiled
         laned, scratch = zip(*(lane_field(f, *own) for f in functions), strict=True)
-        clock = int(s.clock)
-        return s.stepper(
-            s.y0,
+        clock = int(p.clock)
+        return p.flow(
             kernel=lobatto_stepper(*unrolled_sizes(n, m)),
             functions=laned,
             coefficients=packed(
-                lobatto_coefficients(len(s.lengths)),
+                lobatto_coefficients(len(p.lengths)),
                 rows=n,
                 constraints=m,
                 cap=self.max_iterations,
                 tolerance=self.iteration_tolerance,
                 clock_rows=float(clock),
-                **_lane_coefficients(self.stages, s.lengths),
+                **_lane_coefficients(self.stages, p.lengths),
             ),
             memory=lobatto_memory(n, m, clock),
             work=[LANES * rows for rows in lobatto_work(n, m, max(scratch))],

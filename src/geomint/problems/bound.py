@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import BLOCK, OUT, PARAMS, Signature
 from ..kernels.numbers.blocks import Block, scalar_block
@@ -37,7 +37,7 @@ def bound(problem: Problem, f: Recorded, signature: Signature, **others: int) ->
     """Return a function of the problem that knows how many rows its blocks have."""
     sizes = {**_sizes(problem), **others}
     known = (name for name, kind in signature.arguments if kind in (PARAMS, BLOCK, OUT))
-    return bind(f, signature, **{name: sizes[name] for name in known})
+    return Bound(f, signature, tuple((name, sizes[name]) for name in known))
 
 
 def called(problem: Problem, f: Bound, compiled: bool = True) -> tuple[Any, ...]:

@@ -56,7 +56,6 @@ def check_problem(
     y: Array,
     form: str,
     clock: bool = False,
-    watched: Mapping[str, Recorded | Measure | SymplecticForm] | None = None,
 ) -> Fingerprints:
     """Raise `DeclarationError` unless the functions of a problem fit what it declares.
 
@@ -66,8 +65,6 @@ def check_problem(
         The one that is integrated. Where the state is small all others are checked as well.
     clock : bool
         Whether the clock is integrated.
-    watched : mapping of argument to function
-        What is observed, ``observe['K']``, or looked for: functions of the problem, or others.
 
     Returns
     -------
@@ -81,9 +78,18 @@ def check_problem(
     key = check_form(problem, form, y)
     if clock and problem.clock is not None:
         key += (check_value(problem, problem.clock, y),)
-    for name, f in (watched or {}).items():
-        _check_watched(problem, f, y, name)
     return key
+
+
+def check_watched(
+    problem: Problem, y: Array, watched: Mapping[str, Recorded | Measure | SymplecticForm]
+) -> None:
+    """Raise `DeclarationError` unless what is observed, or looked for, fits the problem.
+
+    By argument, as ``observe['K']``: functions of the problem, or others.
+    """
+    for name, f in watched.items():
+        _check_watched(problem, f, y, name)
 
 
 def check_form(problem: Problem, form: str, y: Array) -> Fingerprints:

@@ -65,7 +65,7 @@ def claims_kept(
             return false_claims(problem, y, t, ahead)
         return ()  # of functions that plain Python cannot evaluate there
 
-    return kept_with(problem, ("claims", moved, problem.params.tobytes(), *functions), looked_for)
+    return kept_with(problem, ("claims", moved, functions), looked_for)
 
 
 def tell_false_claims(

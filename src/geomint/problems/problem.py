@@ -256,12 +256,12 @@ class Problem(Shown, Sendable):
         }
         return f"problem {self.name!r}", {name: fact for name, fact in facts.items() if fact}
 
-    @property
+    @functools.cached_property
     def forms(self) -> tuple[str, ...]:
         """The forms that the problem offers."""
         return tuple(form for form in FORMS if getattr(self, form) is not None)
 
-    @property
+    @functools.cached_property
     def slices(self) -> dict[str, slice]:
         """Where each piece lies in the flat state."""
         return piece_slices(self.pieces)

@@ -7,9 +7,8 @@ import numpy as np
 from ..arguments import Array, Booleans
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import Block, filled_block, scalar_block
 from ..kernels.solve.back_along import BACK_ALONG, scratch_of
-from ..methods.stepper import filled_block
 from ..problems.bound import bound
 from ..problems.problem import Problem
 

@@ -19,7 +19,8 @@ from .signatures import Signature
 class Bound:
     """A recorded function and its signature: all that is needed to compile and to call it.
 
-    Of some blocks it may know how many `rows` they have, see `bind`.
+    Of some blocks it may know how many `rows` they have, as constants: LLVM unrolls its loops. What it
+    takes is the same for all sizes, so that steppers are compiled once.
     """
 
     recorded: Recorded
@@ -78,15 +79,6 @@ class Bound:
         )
         call.set(**given)
         return call
-
-
-def bind(f: Recorded, signature: Signature, **rows: int) -> Bound:
-    """Return a function whose blocks of those names have that many rows, as constants.
-
-    LLVM unrolls its loops; what it takes is the same for all sizes, so steppers are compiled once.
-    """
-    assert rows.keys() <= {*signature.names}
-    return Bound(f, signature, tuple(rows.items()))
 
 
 @functools.cache

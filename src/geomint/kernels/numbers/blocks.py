@@ -202,3 +202,11 @@ def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
 def fixed_rows(block, rows: int):
     """Return the block; compiled, its row count becomes a constant, and loops over it unroll."""
     return block
+
+
+def filled_block(*parts) -> Block:
+    """Return a block of all the numbers given, one after the other."""
+    numbers = np.concatenate([np.ravel(np.asarray(p, dtype=np.float64)) for p in parts])
+    block = scalar_block(len(numbers))
+    block.data[:] = numbers
+    return block
