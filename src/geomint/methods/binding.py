@@ -1,7 +1,10 @@
 """Functions of problems as methods take them: for eight numbers at once."""
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +18,10 @@ from ..kernels.compiling.signatures import BLOCK, FIELD, NUMBER, OUT, SCRATCH, K
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import LaneBlock, as_singles, part, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
+from ..problems.bound import given_at
+
+if TYPE_CHECKING:
+    from .posed import Posed
 
 
 @helper
@@ -31,14 +38,13 @@ def put_lane(i, numbers, out):  # type: ignore[no-untyped-def]
         set_lane(out, r, i, numbers[r])
 
 
-def lane_field(f: Bound, params: Array, y: Array, work: int, compiled: bool) -> tuple[Bound, int]:
-    """Return a field, or another function, for eight numbers at once, and its lane values of scratch.
+def in_lanes(f: Bound, p: Posed) -> tuple[Bound, int]:
+    """Return a function of the problem for eight numbers at once, and its lane values of scratch.
 
-    One that takes a number at a time is called for lane after lane, with a warning that says why. In
-    plain Python it is tried at the state y.
+    One that takes a number at a time is called for lane after lane, with a warning that says why.
     """
-    fits = f.recorded.made(_tests(f)) if compiled else _takes_lanes(f, params, y, work)
-    return (f.in_lanes, work) if fits else _lane_by_lane(f, work)
+    fits = f.recorded.made(_tests(f)) if p.compiled else _takes_lanes(f, p)
+    return (f.in_lanes, p.problem.work) if fits else _lane_by_lane(f, p.problem.work)
 
 
 @functools.cache
@@ -73,17 +79,18 @@ def _lane_by_lane(f: Bound, work: int) -> tuple[Bound, int]:
     return Bound(made, f.signature).in_lanes, -(-first // LANES)
 
 
-def _takes_lanes(f: Bound, params: Array, y: Array, work: int) -> bool:
-    """Tell whether a function takes eight numbers at once in plain Python."""
-    values = {**dict(f.rows), "params": params, "t": Lanes(np.zeros(LANES)), "work": work}
-    half = len(y) // 2
+def _takes_lanes(f: Bound, p: Posed) -> bool:
+    """Tell whether a function takes eight numbers at once in plain Python, at the state."""
+    rows = dict(f.rows)
+    own = {"y": np.resize(p.state, rows.get("y", 0)), "out": rows.get("out", 0)}
+    given = given_at(p.problem, p.state, t=Lanes(np.zeros(LANES)), **own)
 
     def held(numbers: Array) -> LaneBlock:
         return LaneBlock(np.repeat(numbers[:, None], LANES, axis=1))
 
     try:
         with np.errstate(all="ignore"):
-            f.signature.run(f.recorded, held, **values | {"y": y, "q": y[:half], "p": y[half:]})
+            f.signature.run(f.recorded, held, **given)
     except (TypeError, ValueError):
         return False
     return True

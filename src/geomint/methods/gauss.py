@@ -15,7 +15,7 @@ from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_steppe
 from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_polynomial
 from ..references.literature import BUTCHER_1964, HLW_2006
 from ..tableaux import GaussTableau, LobattoPair, gauss_legendre
-from .binding import lane_field
+from .binding import in_lanes
 from .flow import Between, Flow, Kernel
 from .gauss_newton import check_derivatives, newton_kernel
 from .method import Method, iteration_tolerance
@@ -89,10 +89,10 @@ class Gauss(Method):
         )
 
     def flow(self, p: Posed) -> Flow:
-        field, rows, work, params = p.field, p.rows, p.problem.work, p.problem.params
+        field, rows = p.field, p.rows
         stages, cap, tolerance = self.stages, self.max_iterations, self.iteration_tolerance
         groups = 1 if stages <= LANES else 2
-        function, scratch = lane_field(field, params, np.resize(p.state, rows), work, p.compiled)
+        function, scratch = in_lanes(field, p)
         numbers = _lane_coefficients(stages, groups, p.lengths)
         patience = -1 if self.iteration == "fixed-point" else cap // PATIENCE
         given = {
@@ -110,7 +110,7 @@ class Gauss(Method):
             check_derivatives(p, field)
             at = lane_positions(stages, LANES * groups)
             return newton_kernel(
-                function, rows, len(params), scratch, at, coefficients, cap, patience
+                function, rows, len(p.problem.params), scratch, at, coefficients, cap, patience
             )
 
         own = Kernel(

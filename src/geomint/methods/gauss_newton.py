@@ -16,6 +16,7 @@ from ..kernels.numbers.tangent import tangent_block
 from ..kernels.solve.gauss_newton import newton_stepper
 from ..kernels.solve.stage_equations import newton_coefficients, newton_work
 from ..kernels.solve.stage_jacobians import DIRECTIONS, jacobian_scratch, jacobians_of
+from ..problems.bound import given_at
 from ..problems.declaration import is_new, remember
 from ..problems.watched_call import unwatched_call
 from ..tableaux import gauss_legendre
@@ -25,19 +26,15 @@ from .posed import Posed
 
 def check_derivatives(p: Posed, field: Bound) -> None:
     """Raise `DeclarationError` unless a field takes numbers with derivatives: it runs once."""
-    problem, rows = p.problem, p.rows
+    problem = p.problem
     what = ("derivatives", field.recorded.fingerprint, problem.work)
     if not is_new(problem, what):
         return
-    held = tangent_block(1)
-    numbers = np.zeros((2, rows))
-    numbers[0, : problem.rows] = p.state
-    given, params = held(numbers.T.ravel()), Block(problem.params)
-    out, scratch = (held(np.zeros(2 * size)) for size in (rows, problem.work))
+    call = functools.partial(unwatched_call, problem.name, field.recorded)
+    y, kind = np.append(p.state, [0.0] * p.clock), tangent_block(1)
+    given = given_at(problem, y, t=kind(np.array([p.time, 0.0]))[0], out=len(y))
     with np.errstate(all="ignore"):
-        unwatched_call(
-            problem.name, field.recorded, params, given[0] * 0.0 + p.time, given, out, scratch
-        )
+        FIELD.run(call, lambda x: kind(np.column_stack((x, 0.0 * x)).ravel()), **given)
     remember(problem, what)
 
 

@@ -18,7 +18,7 @@ from ..kernels.solve.lobatto import (
 )
 from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
-from .binding import lane_field
+from .binding import in_lanes
 from .flow import Flow
 from .gauss import predictor_columns, spread_columns, spread_vector
 from .posed import Posed
@@ -65,8 +65,7 @@ class Lobatto(Rattle):
 
     def flow(self, p: Posed) -> Flow:
         functions, n, m = p.hamiltonian
-        own = p.problem.params, p.state, p.problem.work, p.compiled
-        laned, scratch = zip(*(lane_field(f, *own) for f in functions), strict=True)
+        laned, scratch = zip(*(in_lanes(f, p) for f in functions), strict=True)
         clock = int(p.clock)
         return p.flow(
             kernel=lobatto_stepper(*unrolled_sizes(n, m)),

@@ -26,7 +26,7 @@ def _sizes(problem: Problem) -> dict[str, int]:
     }
 
 
-def given_at(problem: Problem, y: Array, **others: Any) -> dict[str, Any]:
+def given_at(problem: Problem, y: Array, /, **others: Any) -> dict[str, Any]:
     """Return what `Signature.laid_out` takes at a state, t = 0: arrays, and rows of what is written."""
     half = len(y) // 2
     arrays = {"params": problem.params, "q": y[:half], "p": y[half:]}
