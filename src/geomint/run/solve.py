@@ -315,7 +315,7 @@ def _solved(
             timeline = plan_timeline(*for_run, longest, *rest)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
-    watched = choose_watchers(problem, observe) if observe != () else {}
+    watched = {} if type(observe) is tuple and not observe else choose_watchers(problem, observe)
     if save_every is not None or observe_every != 1:
         check_counts(watched, save_every, observe_every)
     looked_for, callback = choose_events(events), check_callback(callback)
