@@ -66,8 +66,8 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
     """
     y = _flat(problem, y)
     f = observable_of(problem, f, y)
-    given = given_at(problem, y, t=_time(t))
-    return float(VALUE.run(partial(unwatched_call, problem.name, f), **given))
+    call, now = partial(unwatched_call, problem.name, f), _time(t)
+    return float(VALUE.run(call, params=problem.params, t=now, y=y, work=problem.work))
 
 
 @np.errstate(all="ignore")
