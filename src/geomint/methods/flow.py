@@ -91,6 +91,7 @@ class Flow:
         Makes what takes the steps from the first one on that does not converge, by Newton's method.
     seen : tuple of str
         What `check_problem` has returned.
+    method : Method
     """
 
     problem: Problem
@@ -110,6 +111,7 @@ class Flow:
     newton: bool = False
     make_other: Callable[[], Kernel] | None = None
     seen: tuple[str, ...] = ()
+    method: Any = None
 
     def __post_init__(self) -> None:
         self.params = filled_block(self.problem.params)

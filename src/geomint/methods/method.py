@@ -110,7 +110,7 @@ class Method(ABC):
             self.check_fits(problem, clock)
             seen = check_problem(problem, y, self.needs, clock)
             found = self.flow(Posed(problem, y, time, clock, compiled))
-            found.seen = seen
+            found.method, found.seen = self, seen
             if len(kept) >= MOST:
                 kept.pop(next(iter(kept)), None)
             kept[self, clock, compiled] = found

@@ -81,7 +81,6 @@ class Integrator:
         "_default",
         "_done",
         "_first",
-        "_method",
         "_nothing",
         "_ranks",
         "_size",
@@ -114,7 +113,7 @@ class Integrator:
         else:
             rate_at = rates_of(problem, y, compiled)
             h = chosen.default_step(problem, y, math.inf, start, rate_at)
-        self._begin(chosen, flow.begin(y, start, h))
+        self._begin(flow.begin(y, start, h))
         self.prepare()
         self._default = not (known or chosen.adaptive)
         if self._default:
@@ -124,30 +123,27 @@ class Integrator:
         self._first = y, start, None if tangents is None else self.tangents
 
     @classmethod
-    def of(
-        cls, method: Method, stepper: Stepper, t0: float = 0.0, restart: Restart | None = None
-    ) -> Integrator:
+    def of(cls, stepper: Stepper, t0: float = 0.0, restart: Restart | None = None) -> Integrator:
         """Return the integrator of a run that has been checked; it compiles when it is prepared.
 
         `t0` is where physical time begins, if it is integrated.
         """
         made = cls.__new__(cls)
-        made._begin(method, stepper)
+        made._begin(stepper)
         made._set_clock(float(t0))
         made._first = made.state, stepper.t0, None
         if restart is not None:
             made._restore(restart)
-        if method.adaptive:  # whose limit of steps is that of a run
+        if made.method.adaptive:  # whose limit of steps is that of a run
             made._done = 0
         return made
 
     _watched: WatchedSteps | None  # where nobody has given the step
 
-    def _begin(self, method: Method, stepper: Stepper) -> None:
-        self._method, self._size, self._done = method, abs(stepper.h), 0
+    def _begin(self, stepper: Stepper) -> None:
+        self.stepper, self._size, self._done = stepper, abs(stepper.h), 0
         self.steps, self.iterations = 0, 0
         self._carried: CarriedDirections | None = None
-        self.stepper = stepper
         self._nothing: Block | None = None
         self._ranks = NOTHING
         self._watched, self._default = None, False
@@ -172,7 +168,7 @@ class Integrator:
     @property
     def method(self) -> Method:
         """The method."""
-        return self._method
+        return self.stepper.flow.method
 
     @property
     def done(self) -> int:
@@ -504,21 +500,22 @@ class Integrator:
         self._done = restart.done
 
     def __getstate__(self) -> dict[str, Any]:
-        kept, carried = ("_size", "_first", "_method", *_COUNTED), self._carried
+        kept, carried = ("_size", "_first", *_COUNTED), self._carried
         flow = self.stepper.flow
         tangents = None if carried is None else (carried.slopes, carried.memories)
         own = {
             "restart": self.restart,
             "tangents": tangents,
             "watched": self._watched is not None,
-            "on": (flow.problem, flow.clock, flow.compiled),
+            "on": (flow.method, flow.problem, flow.clock, flow.compiled),
         }
         return {**{name: getattr(self, name) for name in kept}, **own}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        restart, (y, _, _), (problem, *how) = state["restart"], state["_first"], state["on"]
-        flow = state["_method"].on(problem, y, restart.start, *how)
-        self._begin(state["_method"], flow.begin(y, restart.start, restart.h))
+        restart, (y, _, _) = state["restart"], state["_first"]
+        method, problem, *how = state["on"]
+        flow = method.on(problem, y, restart.start, *how)
+        self._begin(flow.begin(y, restart.start, restart.h))
         self._restore(restart)
         for name in ("_size", "_first", *_COUNTED):
             setattr(self, name, state[name])

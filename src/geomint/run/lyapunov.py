@@ -156,7 +156,7 @@ def _integrator(
     """Return what takes the steps of a run alone, forwards or backwards."""
     state, line, _ = known
     flow = method.on(problem, state, line.start)
-    made = Integrator.of(method, flow.begin(state, line.start, sign * line.h))
+    made = Integrator.of(flow.begin(state, line.start, sign * line.h))
     made.prepare()
     return made
 

@@ -344,7 +344,7 @@ def _solved(
         )
     stepper = flow.begin(state, timeline.start, timeline.h, timeline.own_end)
     stepper.turning = turning
-    integrator = Integrator.of(chosen, stepper, t0, before)
+    integrator = Integrator.of(stepper, t0, before)
     least = 1 if given else 2  # in a stretch: a second run has longer steps
     stretches = divided(integrator, timeline, breaks, halved, least) if breaks else (timeline,)
     if len(stretches) > 1:

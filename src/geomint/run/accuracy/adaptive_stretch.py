@@ -47,7 +47,7 @@ def _begun(method: Adaptive, motion: Motion, clock: bool) -> Integrator:
     first = method.default_step(problem, y0, motion.span, begin, rate_at)
     h = math.copysign(first, motion.span)
     flow = method.on(problem, y0, begin, clock, motion.compiled)
-    integrator = Integrator.of(method, flow.begin(y0, begin, h))
+    integrator = Integrator.of(flow.begin(y0, begin, h))
     integrator.prepare()
     return integrator
 

@@ -110,8 +110,7 @@ def _prepared(
 ) -> Integrator:
     """Return the integrator of the first member, compiled and checked as that of a single run."""
     flow = asked.method.on(problem, state, line.start, clock)
-    stepper = flow.begin(state, line.start, line.h, line.own_end)
-    integrator = Integrator.of(asked.method, stepper)
+    integrator = Integrator.of(flow.begin(state, line.start, line.h, line.own_end))
     integrator.prepare()
     return integrator
 
