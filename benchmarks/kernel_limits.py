@@ -26,7 +26,7 @@ import chaplygin as ch
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES
-from geomint.methods import Start, find_method
+from geomint.methods import find_method
 from geomint.problems.time_scale import characteristic_time
 from machine import describe
 from vector_limit import vector_limit
@@ -144,18 +144,19 @@ def watched_memory() -> Iterator[None]:
 
 def operations(problem: gi.Problem, y0: Any, name: str, h: float) -> dict[str, float]:
     """Return what a step does, by kind, in the mean over some steps."""
-    stepper = find_method(name).start(Start(problem, y0, 0.0, h, compiled=False))
+    flow = find_method(name).on(problem, y0, compiled=False)
+    stepper = flow.begin(y0, 0.0, h)
     memory, work = counting(0.0 * stepper.memory.data), counting(0.0 * stepper.work.data)
     memory.data[: len(stepper.state)] = counting(stepper.state).data
-    functions = tuple(f.recorded for f in stepper.functions)
+    functions = tuple(f.recorded for f in flow.functions)
     Count.done = Counter()
     with watched_memory():
         for step in range(1 + STEPS):
             if step == 1:
                 Count.done = Counter()  # the first has nothing to begin with
-            stepper.kernel(
-                functions, Block(stepper.params.data), Block(stepper.coefficients.data),
-                Block(stepper.fractions.data), memory, work, stepper.rows, step * h, h, 0, 1, 2,
+            flow.kernel(
+                functions, Block(flow.params.data), Block(flow.coefficients.data),
+                Block(flow.fractions.data), memory, work, flow.rows, step * h, h, 0, 1, 2,
                 memory,
             )  # fmt: skip
     return {kind: count / STEPS for kind, count in Count.done.items()}
@@ -183,12 +184,12 @@ def main() -> None:
         y0 = np.asarray(problem.random_state(0))
         h = gi.find_method(name).step_fraction * characteristic_time(problem, y0)
         done = operations(problem, y0, name, h)
-        stepper = find_method(name).start(Start(problem, y0, 0.0, h, compiled=False))
-        rate = rates["lanes" if stepper.stages_in_lanes else "single"]
+        flow = find_method(name).on(problem, y0, compiled=False)
+        rate = rates["lanes" if flow.stages_in_lanes else "single"]
         took = seconds(problem, y0, name, h, arguments.repeats)
         limit = 0.5 * done["plain"] / rate
         rows.append({
-            "system": title, "method": name, "step": h, "in_lanes": stepper.stages_in_lanes,
+            "system": title, "method": name, "step": h, "in_lanes": flow.stages_in_lanes,
             "operations": done["plain"], "divisions_and_roots": done.get("slow", 0.0),
             "bytes": 8.0 * done["memory"], "limit_ns": 1e9 * limit, "step_ns": 1e9 * took,
             "ratio": took / limit,

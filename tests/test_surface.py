@@ -309,9 +309,9 @@ say in CHANGELOG.md what has changed, from what to what.
 
 # Records that work goes on in; all others stay what they were when they were made.
 CHANGING = {
-    *("Account", "AdaptiveStepper", "Algebra", "Comparison", "Ending", "Ensemble", "ExactRun"),
+    *("Account", "AdaptiveFlow", "Algebra", "Comparison", "Ending", "Ensemble", "ExactRun"),
     *("Function", "InvariantMeasure", "Motion", "Outcome", "Result", "Search", "Section", "Seen"),
-    *("SeveralRuns", "Solution", "Stepper", "StepsAgain", "Stretch", "SymplecticDefect", "Trial"),
+    *("SeveralRuns", "Solution", "Flow", "StepsAgain", "Stretch", "SymplecticDefect", "Trial"),
     *("Wanted", "Watcher", "Windows"),
 }
 

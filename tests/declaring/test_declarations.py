@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.problems.declaration import FEW, check_problem
+from geomint.problems.declaration import FEW, check_problem, check_watched
 from geomint.problems.evaluate import rates_of
 
 pytestmark = pytest.mark.nojit
@@ -558,7 +558,8 @@ def test_once() -> None:
     problem = fielded(observables={"counted": gi.observable(counted)})
     for _ in range(3):
         check_problem(problem, np.array(Y2), "field")
-        check_problem(problem, np.array([0.1, 0.2]), "field", True, problem.diagnostics)
+        check_problem(problem, np.array([0.1, 0.2]), "field", True)
+        check_watched(problem, np.array([0.1, 0.2]), problem.diagnostics)
     assert len(calls) == 1
     check_problem(dataclasses.replace(problem, params=[2.0]), np.array(Y2), "field")
     assert len(calls) == 2
@@ -598,7 +599,8 @@ def test_every_function_is_checked_again_after_a_change(case: int) -> None:
     problem = make(reading)
 
     def check() -> None:
-        check_problem(problem, np.array(y0), form, problem.clock is not None, watched)
+        check_problem(problem, np.array(y0), form, problem.clock is not None)
+        check_watched(problem, np.array(y0), watched)
 
     watched = {**problem.diagnostics}
     if problem.measure is not None:

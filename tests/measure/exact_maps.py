@@ -41,13 +41,13 @@ class ExactMap:
 
     def __call__(self, t: Any, y: np.ndarray) -> np.ndarray:
         """The increment Φ(y) − y."""
-        own, rows = self.stepper, self.problem.rows
-        memory = zeros(len(own.memory))
+        own, rows = self.stepper.flow, self.problem.rows
+        memory = zeros(own.memory)
         memory.data[:rows] = y
         status, *_ = own.kernel(
             tuple(f.recorded for f in own.functions),
             *map(exact, (self.problem.params, own.coefficients.data, own.fractions.data)),
-            *(memory, zeros(len(own.work)), rows, mpmath.mpf(t), self.h, 0, 1, 2, memory, zeros(0)),
+            *(memory, zeros(own.work), rows, mpmath.mpf(t), self.h, 0, 1, 2, memory, zeros(0)),
         )
         assert status == 0
         return memory.data[:rows] + memory.data[rows : 2 * rows] - y

@@ -42,7 +42,7 @@ def test_the_estimate_is_an_upper_bound(stages: int) -> None:
         motion.step()
         memories.append(motion.restart.memory.copy())
     stepper, rows, block = motion.stepper, problem.rows, type(motion.stepper.memory)
-    between, found = stepper.between, np.zeros(16 * rows)
+    between, found = stepper.flow.between, np.zeros(16 * rows)
     between.inside.function(
         block(memories[1]), block(memories[0]), between.places, rows, 0, rows, block(found)
     )

@@ -185,9 +185,9 @@ def test_easy_steps_do_not_turn() -> None:
     of, y, longest = STIFF["stiff pendulum"]
     motion = moved(of, y, 0.2 * longest, 200)
     plain = moved(of, y, 0.2 * longest, 200, iteration="fixed-point")
-    assert motion.stepper.otherwise is not None
+    assert motion.stepper.flow.make_other is not None
     assert end_of(motion) == end_of(plain)
-    assert motion.stepper.turn(motion.stepper.kernel)
+    assert motion.stepper.turn(motion.stepper.flow)
     motion.reset()
     motion.step(200)
     assert end_of(motion) == end_of(plain)

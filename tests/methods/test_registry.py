@@ -60,7 +60,7 @@ def test_what_plans_and_lists_take_from_a_method(name: str) -> None:
     method, (fraction, evaluations, family) = gi.find_method(name), FACTS[name]
     problem, y0 = next((p, y) for p, y in examples() if method.needs in p.forms)
     motion = gi.Integrator(problem, y0, method, step=0.1, compiled=False)
-    assert (motion.stepper.evaluations, method.family) == (evaluations, family)
+    assert (motion.stepper.flow.evaluations, method.family) == (evaluations, family)
     assert method.step_fraction == pytest.approx(fraction, rel=1e-14)
 
 
@@ -143,7 +143,7 @@ def test_options_keep_the_rest(name: str) -> None:
     assert method.with_options() is method
     problem, y0 = next((p, y) for p, y in examples() if method.needs in p.forms)
     starts = [gi.Integrator(problem, y0, m, step=0.1, compiled=False) for m in (changed, method)]
-    assert len({len(motion.stepper.fractions) for motion in starts}) == 1
+    assert len({len(motion.stepper.flow.fractions) for motion in starts}) == 1
 
 
 def test_compositions_know_their_base() -> None:
@@ -166,8 +166,8 @@ def test_substeps_that_are_not_taken_are_noticed() -> None:
     """A method that says it is symmetric but ignores the substeps would be of its own order."""
 
     class Deaf(gi.Gauss):
-        def start(self, s: Any) -> Any:
-            return super().start(s._replace(lengths=(1.0,), starts=(0.0,)))
+        def flow(self, p: Any) -> Any:
+            return super().flow(p._replace(lengths=(1.0,), starts=(0.0,)))
 
     with pytest.raises(gi.MethodError, match="takes no substeps"):
         gi.Integrator(*examples()[0], gi.Compose(Deaf(1), 4), step=0.1, compiled=False)

@@ -143,7 +143,7 @@ repair-untold spaces geomint.problems.spaces.repair:repaired
 composition-root tableaux geomint.tableaux.composition:_about_one
   Triple jumps and Suzuki's compositions do not have their orders.
   1 / Decimal(order - 1) → 1 / Decimal(order)
-evaluations-miscounted methods geomint.methods.splitting:Verlet.start
+evaluations-miscounted methods geomint.methods.splitting:Verlet.flow
   Reports give too few evaluations, so that splittings look cheaper than they are.
   evaluations=2 * parts - 1, → evaluations=parts,
 largest-forgotten watch geomint.watch.windows:Series.add

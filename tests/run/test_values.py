@@ -89,7 +89,7 @@ def test_what_is_returned_is_not_changed_and_shows_itself() -> None:
 class Silent(gi.Method):
     """Says nothing of itself."""
 
-    def start(self, s: gi.Start) -> gi.Stepper:
+    def flow(self, p: object) -> object:
         raise NotImplementedError
 
 

@@ -15,16 +15,14 @@ import numpy.typing as npt
 from ..arguments import Array
 from ..errors import ConvergenceError, FormError, NonFiniteError
 from ..kernels.compiling.number_types import EXTENDED
-from ..kernels.numbers.blocks import scalar_block, section
+from ..kernels.numbers.blocks import filled_block, scalar_block, section
 from ..kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.status import NOT_CONVERGED, OK
-from ..methods.bound_forms import field_of, piece_numbers
 from ..methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
-from ..methods.method import Start
-from ..methods.stepper import filled_block
+from ..methods.posed import Posed
 from ..problems.declaration import check_problem
 from ..problems.deviation import relative_error
 from ..problems.problem import Problem
@@ -148,9 +146,8 @@ def _advance(
     t0: float = 0.0,
 ) -> tuple[Array, Array]:
     with_clock = problem.clock is not None
-    start = Start(problem, hi, t0, h, clock=with_clock)
-    field, rows, _, work = field_of(start)
-    groups = 2
+    posed, groups = Posed(problem, hi, t0, with_clock), 2
+    field, rows, work = posed.field, posed.rows, problem.work
     memory = _blank(sum(gauss_memory(rows, groups)))
     memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi
     memory.data[1 : 2 * rows : 2] = np.append(lo, clock_lo) if with_clock else lo
@@ -159,7 +156,7 @@ def _advance(
     status, done, iterations, residual = advance(
         functions=(field.entry(number_type=EXTENDED),),
         params=filled_block(problem.params),
-        coefficients=_coefficients(rows, piece_numbers(start), groups),
+        coefficients=_coefficients(rows, posed.pieces, groups),
         fractions=filled_block(1.0, 0.0),
         memory=memory,
         work=_blank(sum(gauss_work(rows, groups, 8 * work))),

@@ -7,7 +7,7 @@ from .exact import Exact
 from .explicit import RungeKutta
 from .gauss import Gauss
 from .lobatto import Lobatto
-from .method import Method, Start
+from .method import Method
 from .rattle import Rattle
 from .registry import find_method, find_solver, method_names, methods
 from .rkmk import RKMK
@@ -24,7 +24,6 @@ __all__ = [
     "Method",
     "Rattle",
     "RungeKutta",
-    "Start",
     "Verlet",
     "find_method",
     "find_solver",

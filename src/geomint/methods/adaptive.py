@@ -10,8 +10,9 @@ from ..arguments import Array, finite, whole
 from ..errors import DomainError, MethodError
 from ..problems.evaluate import Rate, derivative
 from ..problems.problem import Problem
-from .method import Method, Start, checked_method
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method, checked_method
+from .posed import Posed
 
 LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
 _TINY = 1e-300  # where a rate overflows against the state
@@ -80,8 +81,8 @@ class Adaptive(Method):
             references=base.references,
         )
 
-    def start(self, s: Start) -> Stepper:
-        return self.base.start_adaptive(s, self)
+    def flow(self, p: Posed) -> Flow:
+        return self.base.adaptive_flow(p, self)
 
     def default_step(
         self,

@@ -1,5 +1,6 @@
 """Steppers that choose their steps themselves."""
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,39 +11,74 @@ import numpy as np
 from ..arguments import Array, Integers
 from ..errors import NonFiniteError, StepError, StepLimitError, StepSizeError
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section, sections
+from ..kernels.numbers.blocks import (
+    REST,
+    Block,
+    filled_block,
+    packed,
+    section,
+    sections,
+)
 from ..kernels.solve.adaptive import SPACINGS, adaptive_coefficients, adaptive_memory, adaptive_work
 from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
 from .adaptive import Adaptive
-from .bound_forms import piece_numbers
-from .method import Start
+from .flow import Flow
+from .posed import Posed
 from .stepper import NOTHING, Advance, Stepper
 
 _GIVEN = adaptive_coefficients(0, REST)  # what is read here lies before all of other sizes
 
 
-@dataclass
-class AdaptiveStepper(Stepper):
-    """A stepper that chooses its steps: its own time is the last row of what it hands out.
+@dataclass(eq=False)
+class AdaptiveFlow(Flow):
+    """A flow that chooses its steps: its own time is the last row of what it hands out.
 
     Attributes
     ----------
-    rows : int
-        Rows of the state and one of the time.
-    fixed : Stepper
-        The method at fixed step: for single steps, and for lanes.
+    given : Flow
+        The method at steps of given lengths: for single steps, and for lanes.
+    allowed : Adaptive
     reuses : bool
         Whether the last stage of a step serves as the first of the next.
     """
 
-    fixed: Stepper = field(kw_only=True)
+    given: Flow = field(kw_only=True)
     allowed: Adaptive = field(kw_only=True)
     reuses: bool = field(kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._tried = self.h
+        self.rows += 1  # the time's
+
+    @property
+    def fixed(self) -> Flow:
+        """That of steps of given lengths."""
+        return self.given
+
+    def begin(self, y: Any, t: float, h: float, end: float | None = None) -> Stepper:
+        """Return what takes steps from a state and a time of the problem's own on."""
+        return AdaptiveStepper(self, y, t, h, end)
+
+
+class AdaptiveStepper(Stepper):
+    """A stepper that chooses its steps."""
+
+    flow: AdaptiveFlow
+
+    def __init__(
+        self, flow: AdaptiveFlow, y: Any, t: float, h: float, end: float | None = None
+    ) -> None:
+        self.coefficients = filled_block(flow.coefficients.data)
+        super().__init__(flow, y, t, h)
+        self._tried = h
+        section(self.memory, adaptive_memory(self.rows, REST), "smallest")[0] = math.inf
+        self.begin(self.state.copy(), t, h)
+        self.aim(math.copysign(math.inf, h) if end is None else end)
+
+    @property
+    def _own(self) -> dict[str, Block]:
+        return {**super()._own, "coefficients": self.coefficients}
 
     @property
     def state(self) -> Array:
@@ -54,10 +90,10 @@ class AdaptiveStepper(Stepper):
         """The carries of the compensated state; a view."""
         return self.memory.data[self.rows : 2 * self.rows - 1]
 
-    @property
+    @functools.cached_property
     def fixed_step(self) -> Stepper:
         """The method at given steps."""
-        return self.fixed
+        return self.flow.given.begin(self.state, self.t0, self.h)
 
     @property
     def time(self) -> float:
@@ -79,7 +115,7 @@ class AdaptiveStepper(Stepper):
         super().begin(np.append(y, t), t, h)
         remembered = sections(self.memory, adaptive_memory(self.rows, REST))
         least = 2.0 * SPACINGS * abs(t)  # less is no step at all
-        remembered.next[0] = math.copysign(min(max(abs(h), least), self.allowed.max_step), h)
+        remembered.next[0] = math.copysign(min(max(abs(h), least), self.flow.allowed.max_step), h)
         remembered.smallest[0], remembered.largest[0] = sizes
 
     def aim(self, end: float) -> None:
@@ -120,7 +156,9 @@ class AdaptiveStepper(Stepper):
 
     def evaluations_in(self, steps: int, tries: int) -> int:
         """Return the evaluations in so many steps and tries; a retry keeps the first stage."""
-        return round(tries * (self.evaluations - 1)) + (min(steps, 1) if self.reuses else steps)
+        return round(tries * (self.flow.evaluations - 1)) + (
+            min(steps, 1) if self.flow.reuses else steps
+        )
 
     def advance(
         self,
@@ -132,7 +170,7 @@ class AdaptiveStepper(Stepper):
         ranks: Block = NOTHING,
     ) -> Advance:
         """Take up to `count` steps, write every `every`-th state with its time, and the end's."""
-        left = self.allowed.max_steps - first
+        left = self.flow.allowed.max_steps - first
         result = super().advance(first, min(count, left), every, out)
         if result.status == OK and result.steps == left < count and not self.finished:
             result = result._replace(status=TOO_MANY_STEPS, residual=abs(self.left))
@@ -140,51 +178,42 @@ class AdaptiveStepper(Stepper):
             self._tried = self._remembered("next")
         return result
 
-    def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
-        """Return a stepper of fixed step from another state, time and step."""
-        if not self.fixed.prepared:
-            self.fixed.prepare()
-        return self.fixed.restarted(y, t, h, carry)
-
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
         """Return the typed error of an advance that failed; memory is that of the last good step."""
         residual = result.residual if result.residual == result.residual else float("inf")
         numbers = (self.time, before + first + result.steps, residual, result.iterations)
-        h = self._tried
+        h, allowed = self._tried, self.flow.allowed
         if result.status == NOT_FINITE:
             return NonFiniteError(*numbers, f"even with h = {h:.3g}")
         if result.status == OUTSIDE_CHART:
             return StepSizeError(*numbers, f"even h = {h:.3g} leaves the group's coordinates", h=h)
         if result.status == TOO_MANY_STEPS:
-            return StepLimitError(*numbers, f"max_steps = {self.allowed.max_steps}; h = {h:.3g}")
+            return StepLimitError(*numbers, f"max_steps = {allowed.max_steps}; h = {h:.3g}")
         hint = (
-            f"rtol = {self.allowed.rtol:g} and atol = {self.allowed.atol:g} ask for a step of "
+            f"rtol = {allowed.rtol:g} and atol = {allowed.atol:g} ask for a step of "
             f"{h:.3g}; the solution may end here, or the tolerances lie below rounding"
         )
         return StepSizeError(*numbers, hint, h=h)
 
 
-def controlled_stepper(
-    s: Start,
+def controlled(
+    p: Posed,
     table: Tableau,
     allowed: Adaptive,
-    fixed: Stepper,
+    given: Flow,
     *,
     kernel: Recorded,
-    y0: Array,
     derivative_rows: int,
     layout: Callable[..., Any],
     sizes: dict[str, Any],
     work_rows: int,
-) -> AdaptiveStepper:
-    """Return the adaptive stepper of a method whose fixed-step stepper is `fixed`.
+) -> AdaptiveFlow:
+    """Return the flow that chooses its steps, of a method whose flow of given steps is `given`.
 
     Parameters
     ----------
     kernel : Recorded
-        Made by `geomint.kernels.solve.adaptive.adaptive_stepper`; it takes the functions of `fixed`.
-    y0 : array
-        The initial state, with the clock's row where there is one.
+        Made by `geomint.kernels.solve.adaptive.adaptive_stepper`; it takes the functions of `given`.
     derivative_rows : int
         Length of a stage's derivative.
     layout : callable
@@ -196,10 +225,6 @@ def controlled_stepper(
     """
     assert table.error_float is not None
     assert table.estimate_order is not None
-    rows = len(y0) + 1
-    remembered = adaptive_memory(rows, derivative_rows)
-    memory = scalar_block(sum(remembered))
-    section(memory, remembered, "smallest")[0] = math.inf
     numbers = packed(
         layout(table.stages, len(table.error_float)),
         **sizes,
@@ -209,33 +234,29 @@ def controlled_stepper(
         errors=table.error_float,
     )
     coefficients = packed(
-        adaptive_coefficients(rows - 1, len(numbers)),
+        adaptive_coefficients(p.rows, len(numbers)),
         rtol=allowed.rtol,
         atol=allowed.atol,
         max_step=allowed.max_step,
-        end=math.copysign(math.inf, s.h) if s.end is None else s.end,
+        end=math.inf,
         order=table.estimate_order,
         estimates=len(table.error_float) // table.stages,
         reuse=float(table.first_same_as_last),
-        pieces=piece_numbers(s),  # the clock is a piece of its own
+        pieces=p.pieces,  # the clock is a piece of its own
         numbers=numbers.data,
     )
-    stepper = AdaptiveStepper(
+    return AdaptiveFlow(
+        problem=p.problem,
+        clock=p.clock,
+        compiled=p.compiled,
         kernel=kernel,
-        functions=fixed.functions,
-        params=fixed.params,
+        functions=given.functions,
         coefficients=coefficients,
-        fractions=fixed.fractions,
-        memory=memory,
-        work=scalar_block(sum(adaptive_work(rows - 1, derivative_rows, work_rows))),
-        rows=rows,
-        t0=s.t0,
-        h=s.h,
+        fractions=given.fractions,
+        memory=sum(adaptive_memory(p.rows + 1, derivative_rows)),
+        work=sum(adaptive_work(p.rows, derivative_rows, work_rows)),
         evaluations=table.stages,
-        compiled=s.compiled,
-        fixed=fixed,
+        given=given,
         allowed=allowed,
         reuses=table.first_same_as_last,
     )
-    stepper.begin(y0, s.t0, s.h)
-    return stepper

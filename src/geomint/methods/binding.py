@@ -1,28 +1,27 @@
-"""Fields as methods take them: for eight numbers at once."""
+"""Functions of problems as methods take them: for eight numbers at once."""
+
+from __future__ import annotations
 
 import functools
-from collections import namedtuple
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arguments import Array
 from ..errors import SpeedWarning, tell
-from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.bound import Bound, written
 from ..kernels.compiling.compiled import reason_of
-from ..kernels.compiling.number_types import LANE, SCALAR
+from ..kernels.compiling.number_types import LANE
 from ..kernels.compiling.recorded import Recorded, helper
-from ..kernels.compiling.signatures import FIELD, Signature
+from ..kernels.compiling.signatures import BLOCK, FIELD, NUMBER, OUT, SCRATCH, Kind
 from ..kernels.numbers.arithmetic import lane
-from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
+from ..kernels.numbers.blocks import LaneBlock, as_singles, part, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
+from ..problems.bound import given_at
 
-Work = namedtuple("Work", "y out work padding")
-
-
-def _adapter_work(rows: int, work: int) -> Work:
-    """Return the layout of an adapter's scratch, in whole lane values of single numbers."""
-    return Work(rows, rows, work, -(2 * rows + work) % LANES)
+if TYPE_CHECKING:
+    from .posed import Posed
 
 
 @helper
@@ -39,66 +38,75 @@ def put_lane(i, numbers, out):  # type: ignore[no-untyped-def]
         set_lane(out, r, i, numbers[r])
 
 
-@functools.cache
-def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
-    """Make a lane field of a field that compiles for float64 only: lane after lane."""
-    layout = _adapter_work(rows, work_rows)
-
-    def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        y1, out1, work1, _ = sections(as_singles(work), layout)
-        for i in range(LANES):
-            take_lane(i, y, y1)
-            f(params, lane(t, i), y1, out1, work1)
-            put_lane(i, out1, out)
-
-    adapted.__name__ = adapted.__qualname__ = f.function.__name__
-    return Bound(Recorded(adapted), FIELD)
-
-
-def lane_field(
-    field: Bound, params: Array, y: Array, work: int, compiled: bool
-) -> tuple[Bound, int]:
-    """Return a field for eight numbers at once, and the lane values of scratch that it needs.
+def in_lanes(f: Bound, p: Posed) -> tuple[Bound, int]:
+    """Return a function of the problem for eight numbers at once, and its lane values of scratch.
 
     One that takes a number at a time is called for lane after lane, with a warning that says why.
     """
-    f, out, scratch = field.recorded, np.zeros(len(y)), np.zeros(work)
-    if takes_lanes(field, params, compiled, y=y, out=out, work=scratch):
-        return field.in_lanes, work
-    return _adapted(f, len(y), work).in_lanes, sum(_adapter_work(len(y), work)) // LANES
+    fits = f.recorded.made(_tests(f)) if p.compiled else _takes_lanes(f, p)
+    return (f.in_lanes, p.problem.work) if fits else _lane_by_lane(f, p.problem.work)
 
 
-def takes_lanes(f: Bound, params: Array, compiled: bool, **blocks: Array) -> bool:
-    """Tell whether a function takes eight numbers at once; if not, warn and say why.
+@functools.cache
+def _lane_by_lane(f: Bound, work: int) -> tuple[Bound, int]:
+    """Make a function for lanes of one that compiles for float64 only, and its lane values of scratch.
 
-    `blocks` are what it is tried on in plain Python, by name.
+    Scratch holds blocks of one lane, after a lane value of what the function returns.
     """
-    if compiled:
-        return f.recorded.made(_tests(f.signature))
-    values = {"params": Block(params), "t": Lanes(np.zeros(LANES))}
-    for name, numbers in blocks.items():
-        values[name] = LaneBlock(np.repeat(numbers[:, None], LANES, axis=1))
+    rows, taken = {**dict(f.rows), "work": work}, f.signature.arguments
+    own, first = [], LANES
+    for name, kind in taken:
+        if kind in (BLOCK, OUT, SCRATCH):
+            own.append(f"{name}_1 = part(singles, {first}, {rows[name]})")
+            first += rows[name]
+
+    def each(kind: Kind, text: str) -> str:
+        return "; ".join(text.format(name) for name, known in taken if known is kind)
+
+    texts: dict[Kind, str] = {BLOCK: "{}_1", OUT: "{}_1", SCRATCH: "{}_1", NUMBER: "lane({}, i)"}
+    call = f"f({', '.join(texts.get(kind, '{}').format(name) for name, kind in taken)})"
+    gives = f.signature.result is not None
+    source = f"""def made({", ".join(f.signature.names)}):
+        singles = as_singles(work)
+        {"; ".join(own)}
+        for i in range({LANES}):
+            {each(BLOCK, "take_lane(i, {0}, {0}_1)")}
+            {f"set_lane(work, 0, i, {call})" if gives else call}
+            {each(OUT, "put_lane(i, {0}_1, {0})")}
+        {"return work[0]" * gives}"""
+    known = (as_singles, part, lane, set_lane, take_lane, put_lane)
+    made = written(source, f.as_helper, **{g.__name__: g for g in known})
+    return Bound(made, f.signature).in_lanes, -(-first // LANES)
+
+
+def _takes_lanes(f: Bound, p: Posed) -> bool:
+    """Tell whether a function takes eight numbers at once in plain Python, at the state."""
+    rows = dict(f.rows)
+    own = {"y": np.resize(p.state, rows.get("y", 0)), "out": rows.get("out", 0)}
+    given = given_at(p.problem, p.state, t=Lanes(np.zeros(LANES)), **own)
+
+    def held(numbers: Array) -> LaneBlock:
+        return LaneBlock(np.repeat(numbers[:, None], LANES, axis=1))
+
     try:
         with np.errstate(all="ignore"):
-            f.recorded(*(values[name] for name, _ in f.signature.arguments))
+            f.signature.run(f.recorded, held, **given)
     except (TypeError, ValueError):
         return False
     return True
 
 
-@functools.cache
-def _tests(signature: Signature) -> Callable[[Recorded], bool]:
-    """Return what tells of a function of that signature whether it compiles for lanes."""
+def _tests(bound: Bound) -> Callable[[Recorded], bool]:
+    """Return what tells of its function whether it compiles for lanes, and warns if not."""
 
     def compiles_for_lanes(f: Recorded) -> bool:
-        bound = Bound(f, signature)
         try:
             bound.entry(number_type=LANE)
             return True
         except Exception as error:
             reason = reason_of(error.__cause__ or error, f)
-        bound.entry(number_type=SCALAR)  # a function that compiles for neither is wrong
-        what = "field" if signature is FIELD else "function"
+        bound.entry()  # a function that compiles for neither is wrong
+        what = "field" if bound.signature is FIELD else "function"
         text = (
             f"{what} {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
             f"{reason}; see geomint.field"
@@ -106,6 +114,7 @@ def _tests(signature: Signature) -> Callable[[Recorded], bool]:
         tell(SpeedWarning(text, f.function.__name__))
         return False
 
+    compiles_for_lanes.__name__ += str(bound.rows)  # under which it is kept
     return compiles_for_lanes
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError
-from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.number_types import NumberType
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
@@ -22,10 +22,12 @@ from ..kernels.tangent.layout import (
     work_layout,
 )
 from ..kernels.tangent.normals import CONDITIONS
+from ..problems.bound import bound
 from ..problems.derivatives import slopes_of
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time, jacobian
+from .flow import Flow
 from .stepper import Stepper
 from .tangent import directions_at_once, tangent_type
 
@@ -71,39 +73,39 @@ class Carried:
         time: float,
         directions: Array | None = None,
     ) -> None:
-        measure, rows = problem.measure, len(stepper.memory)
+        measure, flow = problem.measure, stepper.flow
         conditions = None if measure is None else measure.manifold
         m = 0 if measure is None else measure.conditions
         d = problem.rows - m if directions is None else directions.shape[1]
-        at_once = directions_at_once(stepper, d)
-        self.numbers, self.conditions = tangent_type(stepper, at_once), CONDITIONS
-        stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
-        self.sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
-        self._take_of(stepper)
+        at_once = directions_at_once(flow, d)
+        self.numbers, self.conditions = tangent_type(flow, at_once), CONDITIONS
+        rows = flow.memory
+        stages = lanes_for(2 * flow.rows) if flow.stages_in_lanes else rows
+        self.sizes = Sizes(problem.rows, flow.rows, m, d, at_once, rows, stages, problem.work)
+        self._take_of(flow)
         manifold = Bound(no_conditions, FIELD)
         if conditions is not None:
-            given = {"params": len(problem.params), "y": problem.rows, "out": m}
-            manifold = bind(conditions, FIELD, **given)
+            manifold = bound(problem, conditions, FIELD, out=m)
         self.manifold = manifold.of_type(self.conditions)
         self._kept = self._start(problem, conditions, y0, time, directions)
-        self.arguments = self._arguments(problem, stepper)
+        self.arguments = self._arguments(problem, flow)
 
-    def _take_of(self, stepper: Stepper) -> None:
-        """Let steps be those of the stepper's kernel, as it is now."""
-        self._taken = stepper.kernel
-        self.kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(self.numbers)
-        self.functions = tuple(f.of_type(self.numbers) for f in stepper.functions)
+    def _take_of(self, flow: Flow) -> None:
+        """Let steps be those of a flow."""
+        self._taken = flow
+        self.kernel = bound_stepper(flow.kernel, flow.functions).of_type(self.numbers)
+        self.functions = tuple(f.of_type(self.numbers) for f in flow.functions)
 
     def turn(self, stepper: Stepper) -> bool:
         """Turn to the kernel for steps that did not converge; False if there is none."""
         if not stepper.turn(self._taken):
             return False
-        self._take_of(stepper)
+        self._take_of(flow := stepper.flow)
         self.arguments.update(
             kernel=self.kernel,
             functions=self.functions,
-            coefficients=stepper.coefficients,
-            scratch=self._room(self.numbers, len(stepper.work))[0],
+            coefficients=flow.coefficients,
+            scratch=self._room(self.numbers, flow.work)[0],
         )
         return True
 
@@ -118,7 +120,7 @@ class Carried:
         for name, numbers in zip(("memory", "plain"), known, strict=True):
             self.arguments[name].data[:] = numbers
 
-    def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
+    def _arguments(self, problem: Problem, flow: Flow) -> dict[str, Any]:
         s = self.sizes
         numbers, plain = self._room(self.numbers, -(-s.d // s.at_once) * s.memory_rows)
         conditions, conditions_plain = self._room(self.conditions, s.n + s.m + problem.work)
@@ -126,15 +128,15 @@ class Carried:
             "kernel": self.kernel,
             "functions": self.functions,
             "manifold": self.manifold,
-            "params": stepper.params,
-            "coefficients": stepper.coefficients,
-            "fractions": stepper.fractions,
+            "params": flow.params,
+            "coefficients": flow.coefficients,
+            "fractions": flow.fractions,
             "layout": given_block(problem.pieces, s),
             "memory": self._kept,
             "work": scalar_block(sum(work_layout(s))),
             "numbers": numbers,
             "plain": plain,
-            "scratch": self._room(self.numbers, len(stepper.work))[0],
+            "scratch": self._room(self.numbers, flow.work)[0],
             "conditions": conditions,
             "conditions_plain": conditions_plain,
         }

@@ -10,10 +10,10 @@ from ..kernels.solve.commutator_free import (
 )
 from ..kernels.solve.compensated import compensated_state
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
-from .bound_forms import action_of, group_sizes, maps_of, unrolled
 from .explicit import step_fraction, tableau_of
-from .method import Method, Start
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method
+from .posed import Posed, maps_of, unrolled
 
 
 @dataclass(frozen=True, repr=False)
@@ -48,20 +48,19 @@ class CommutatorFree(Method):
             references=table.references,
         )
 
-    def start(self, s: Start) -> Stepper:
+    def flow(self, p: Posed) -> Flow:
         table = self.tableau
         assert isinstance(table, CommutatorFreeTableau)
-        generator, group, y0 = action_of(s)
+        generator, group = p.action
         maps = maps_of(group, group.act)
-        rows, m = len(y0), group.algebra_rows
-        stages, work = len(table.stages), s.problem.work
-        return s.stepper(
-            y0,
+        rows, m = p.rows, group.algebra_rows
+        stages, work = len(table.stages), p.problem.work
+        return p.flow(
             kernel=commutator_free_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
             coefficients=packed(
                 commutator_free_coefficients(len(group.layout), stages, len(table.numbers)),
-                **group_sizes(s, group, rows, stages),
+                **p.group_sizes(group, stages),
                 c=table.classical.c_float,
                 flows=table.numbers,
             ),

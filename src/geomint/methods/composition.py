@@ -5,8 +5,9 @@ from typing import Any, Self
 
 from ..errors import MethodError, nearest, quoted
 from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION, Composition, default_composition, substeps
-from .method import Method, Start, checked_method
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method, checked_method
+from .posed import Posed
 
 _SHORT = {"rattle-2": "rattle", "verlet-2": "verlet"}  # families named by their order
 
@@ -80,16 +81,16 @@ class Compose(Method):
     def _with(self, options: dict[str, Any]) -> Self:
         return replace(self, base=self.base.with_options(**options))
 
-    def start(self, s: Start) -> Stepper:
+    def flow(self, p: Posed) -> Flow:
         base, schemes = self.base, [self.table]
         while isinstance(base, Compose):
             schemes.append(base.table)
             base = base.base
         lengths, starts = substeps(*schemes)
-        stepper = base.start(s._replace(lengths=lengths, starts=starts))
-        if len(stepper.fractions) != 2 * len(lengths):
+        found = base.flow(p._replace(lengths=lengths, starts=starts))
+        if len(found.fractions) != 2 * len(lengths):
             raise MethodError(f"method {base.name!r} is symmetric, but takes no substeps")
-        return stepper
+        return found
 
 
 def _scheme(scheme: Any, base: Method) -> Composition:

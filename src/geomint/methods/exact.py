@@ -5,8 +5,9 @@ from typing import Any
 
 from ..errors import FormError, MethodError
 from ..problems.problem import Problem
-from .method import Method, Start, fitting
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method, fitting
+from .posed import Posed
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,7 +29,7 @@ class Exact(Method):
             summary="the motion itself, where a problem has it; no steps",
         )
 
-    def start(self, s: Start) -> Stepper:
+    def flow(self, p: Posed) -> Flow:
         raise MethodError(f"method {self.name!r} {NO_STEPS}")
 
     def default_step(

@@ -15,10 +15,10 @@ from ..kernels.solve.runge_kutta import (
 )
 from ..tableaux import RUNGE_KUTTA, Tableau
 from .adaptive import Adaptive
-from .adaptive_stepper import controlled_stepper
-from .bound_forms import field_of, unrolled
-from .method import Method, Start
-from .stepper import Stepper
+from .adaptive_stepper import controlled
+from .flow import Flow
+from .method import Method
+from .posed import Posed, unrolled
 
 T = TypeVar("T")
 
@@ -100,13 +100,12 @@ class RungeKutta(Method):
         assert isinstance(self.tableau, Tableau)
         return self.tableau
 
-    def start(self, s: Start) -> Stepper:
+    def flow(self, p: Posed) -> Flow:
         stages, numbers = fixed_step_numbers(self.table)
-        field, rows, y0, work = field_of(s)
-        return s.stepper(
-            y0,
+        rows, work = p.rows, p.problem.work
+        return p.flow(
             kernel=runge_kutta_stepper(*unrolled(rows)),
-            functions=(field,),
+            functions=(p.field,),
             coefficients=packed(
                 runge_kutta_coefficients(stages, 0), rows=rows, stages=stages, **numbers
             ),
@@ -116,15 +115,14 @@ class RungeKutta(Method):
             lane_by_lane=True,
         )
 
-    def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:
-        _, rows, y0, work = field_of(s)
-        return controlled_stepper(
-            s,
+    def adaptive_flow(self, p: Posed, allowed: Adaptive) -> Flow:
+        rows, work = p.rows, p.problem.work
+        return controlled(
+            p,
             self.table,
             allowed,
-            self.start(s),
+            self.flow(p),
             kernel=adaptive_runge_kutta_stepper(*unrolled(rows)),
-            y0=y0,
             derivative_rows=rows,
             layout=runge_kutta_coefficients,
             sizes={"rows": rows, "stages": self.table.stages},

@@ -9,17 +9,17 @@ import numpy as np
 
 from ..arguments import Array, switch, whole
 from ..errors import DomainError
-from ..kernels.numbers.blocks import packed
+from ..kernels.numbers.blocks import filled_block, packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_polynomial
 from ..references.literature import BUTCHER_1964, HLW_2006
 from ..tableaux import GaussTableau, LobattoPair, gauss_legendre
-from .binding import lane_field
-from .bound_forms import field_of, piece_numbers, unrolled
+from .binding import in_lanes
+from .flow import Between, Flow, Kernel
 from .gauss_newton import check_derivatives, newton_kernel
-from .method import Method, Start, iteration_tolerance
-from .stepper import Between, Kernel, Stepper, filled_block
+from .method import Method, iteration_tolerance
+from .posed import Posed, unrolled
 
 MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit step
 ITERATIONS = ("auto", "fixed-point", "newton")
@@ -88,51 +88,51 @@ class Gauss(Method):
             summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
         )
 
-    def start(self, s: Start) -> Stepper:
-        field, rows, y0, work = field_of(s)
+    def flow(self, p: Posed) -> Flow:
+        field, rows = p.field, p.rows
         stages, cap, tolerance = self.stages, self.max_iterations, self.iteration_tolerance
         groups = 1 if stages <= LANES else 2
-        function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
-        numbers = _lane_coefficients(stages, groups, s.lengths)
+        function, scratch = in_lanes(field, p)
+        numbers = _lane_coefficients(stages, groups, p.lengths)
         patience = -1 if self.iteration == "fixed-point" else cap // PATIENCE
         given = {
             "rows": rows,
             "cap": 0 if self.iteration == "newton" else cap,
             "patience": patience,
             "tolerance": tolerance,
-            "pieces": piece_numbers(s),
+            "pieces": p.pieces,
         }
         (constant,) = unrolled(rows, limit=MAX_UNROLLED_ROWS)
-        layout = gauss_coefficients(rows, groups, len(s.lengths))
+        layout = gauss_coefficients(rows, groups, len(p.lengths))
         coefficients = packed(layout, **given, **numbers)
 
         def newton() -> Kernel:
-            check_derivatives(s, field, y0, work)
+            check_derivatives(p, field)
             at = lane_positions(stages, LANES * groups)
             return newton_kernel(
-                function, rows, len(s.problem.params), scratch, at, coefficients, cap, patience
+                function, rows, len(p.problem.params), scratch, at, coefficients, cap, patience
             )
 
         own = Kernel(
-            gauss_stepper(groups, constant, function.recorded if self.fused else None),
+            gauss_stepper(groups, constant, function.as_helper if self.fused else None),
             () if self.fused else (function,),
             coefficients,
             sum(gauss_work(rows, groups, 8 * scratch)),
         )
         if self.iteration == "newton":
             own = newton()
-        return s.stepper(
-            y0,
-            kernel=own.recorded,
+        return p.flow(
+            kernel=own.kernel,
             functions=own.functions,
             coefficients=own.coefficients,
             memory=gauss_memory(rows, groups),
             work=(own.work,),
             evaluations=stages,
-            between=None if len(s.lengths) > 1 else _between(stages, groups),
+            between=None if len(p.lengths) > 1 else _between(stages, groups),
             stages_in_lanes=True,
             ranked=True,
-            otherwise=newton if self.iteration == "auto" else None,
+            newton=self.iteration == "newton",
+            make_other=newton if self.iteration == "auto" else None,
         )
 
 

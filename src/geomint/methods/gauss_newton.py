@@ -10,34 +10,32 @@ from ..arguments import Array
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.number_types import LANE, tangent_lanes
 from ..kernels.compiling.signatures import FIELD
-from ..kernels.numbers.blocks import Block, packed
+from ..kernels.numbers.blocks import Block, filled_block, packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.numbers.tangent import tangent_block
 from ..kernels.solve.gauss_newton import newton_stepper
 from ..kernels.solve.stage_equations import newton_coefficients, newton_work
 from ..kernels.solve.stage_jacobians import DIRECTIONS, jacobian_scratch, jacobians_of
+from ..problems.bound import given_at
 from ..problems.declaration import is_new, remember
 from ..problems.watched_call import unwatched_call
 from ..tableaux import gauss_legendre
-from .method import Start
-from .stepper import Kernel, filled_block
+from .flow import Kernel
+from .posed import Posed
 
 
-def check_derivatives(s: Start, field: Bound, y0: Array, work: int) -> None:
+def check_derivatives(p: Posed, field: Bound) -> None:
     """Raise `DeclarationError` unless a field takes numbers with derivatives: it runs once."""
-    what = ("derivatives", field.recorded.fingerprint, work)
-    if not is_new(s.problem, what):
+    problem = p.problem
+    what = ("derivatives", field.recorded.fingerprint, problem.work)
+    if not is_new(problem, what):
         return
-    held = tangent_block(1)
-    numbers = np.zeros((2, len(y0)))
-    numbers[0] = y0
-    given, params = held(numbers.T.ravel()), Block(s.problem.params)
-    out, scratch = (held(np.zeros(2 * rows)) for rows in (len(y0), work))
+    call = functools.partial(unwatched_call, problem.name, field.recorded)
+    y, kind = np.append(p.state, [0.0] * p.clock), tangent_block(1)
+    given = given_at(problem, y, t=kind(np.array([p.time, 0.0]))[0], out=len(y))
     with np.errstate(all="ignore"):
-        unwatched_call(
-            s.problem.name, field.recorded, params, given[0] * 0.0 + s.t0, given, out, scratch
-        )
-    remember(s.problem, what)
+        FIELD.run(call, lambda x: kind(np.column_stack((x, 0.0 * x)).ravel()), **given)
+    remember(problem, what)
 
 
 def newton_kernel(
@@ -68,7 +66,7 @@ def newton_kernel(
     """
     tangent_lanes(DIRECTIONS).load()  # numba's half of what the Jacobians are made of
     stages, groups = len(at), 1 if len(at) <= LANES else 2
-    jacobians = Bound(jacobians_of(field.recorded), FIELD).of_type(LANE)
+    jacobians = Bound(jacobians_of(field.as_helper), FIELD).of_type(LANE)
     numbers = packed(
         newton_coefficients(groups),
         **_eigensystem(LANES * groups, tuple(at)),

@@ -18,11 +18,11 @@ from ..kernels.solve.lobatto import (
 )
 from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
+from .binding import in_lanes
+from .flow import Flow
 from .gauss import predictor_columns, spread_columns, spread_vector
-from .lane_hamiltonian import lane_hamiltonian
-from .method import Start
+from .posed import Posed
 from .rattle import Rattle, unrolled_sizes
-from .stepper import Stepper
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,24 +63,24 @@ class Lobatto(Rattle):
             summary=f"RATTLE with {stages} stages, implicit",
         )
 
-    def start(self, s: Start) -> Stepper:
-        functions, n, m, scratch = lane_hamiltonian(s)
-        clock = int(s.clock)
-        return s.stepper(
-            s.y0,
+    def flow(self, p: Posed) -> Flow:
+        functions, n, m = p.hamiltonian
+        laned, scratch = zip(*(in_lanes(f, p) for f in functions), strict=True)
+        clock = int(p.clock)
+        return p.flow(
             kernel=lobatto_stepper(*unrolled_sizes(n, m)),
-            functions=functions,
+            functions=laned,
             coefficients=packed(
-                lobatto_coefficients(len(s.lengths)),
+                lobatto_coefficients(len(p.lengths)),
                 rows=n,
                 constraints=m,
                 cap=self.max_iterations,
                 tolerance=self.iteration_tolerance,
                 clock_rows=float(clock),
-                **_lane_coefficients(self.stages, s.lengths),
+                **_lane_coefficients(self.stages, p.lengths),
             ),
             memory=lobatto_memory(n, m, clock),
-            work=[LANES * rows for rows in lobatto_work(n, m, scratch)],
+            work=[LANES * rows for rows in lobatto_work(n, m, max(scratch))],
             evaluations=self.stages,
             stages_in_lanes=True,
         )

@@ -3,77 +3,25 @@
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 from ..arguments import Array, number
 from ..errors import FormError, MethodError, nearest, quoted
-from ..kernels.numbers.blocks import scalar_block
+from ..problems.declaration import Kept, check_problem
 from ..problems.evaluate import Rate, derivative
 from ..problems.problem import Problem
 from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
 from ..references.reference import Reference
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
-from .stepper import Stepper, filled_block
+from .flow import Flow
+from .posed import Posed
 
-__all__ = ["Form", "Method", "Start"]
+__all__ = ["Form", "Method"]
+
+MOST = 64  # flows that a problem keeps
 
 Form = Literal["field", "action", "hamiltonian", "splitting", "exact"]
-
-
-class Start(NamedTuple):
-    """What a method is started with.
-
-    Attributes
-    ----------
-    y0 : array
-        Canonical initial state, without the clock's row.
-    clock : bool
-        Whether physical time is integrated beside the state, as one more row.
-    compiled : bool
-        Whether kernels are compiled; plain Python otherwise, with the same bits.
-    end : float or None
-        Where an adaptive method stops, in the problem's own time; None if that is not known.
-    lengths, starts : tuple of float
-        The substeps of a composition, in units of the step, and where they begin: the whole step
-        unless `geomint.Compose` asks for more.
-    functions : tuple of str
-        What `check_problem` has returned, where it has just been asked.
-    """
-
-    problem: Problem
-    y0: Array
-    t0: float
-    h: float
-    clock: bool = False
-    compiled: bool = True
-    end: float | None = None
-    lengths: tuple[float, ...] = (1.0,)
-    starts: tuple[float, ...] = (0.0,)
-    functions: tuple[str, ...] = ()
-
-    def stepper(
-        self, y0: Array, *, memory: Iterable[int], work: Iterable[int], **own: Any
-    ) -> Stepper:
-        """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
-
-        See `geomint.methods.stepper.Stepper`, whose other attributes are the method's `own`; `memory`
-        and `work` are layouts.
-        """
-        block = scalar_block(sum(memory))
-        block.data[: len(y0)] = y0
-        return Stepper(
-            params=filled_block(self.problem.params),
-            fractions=filled_block(self.lengths, self.starts),
-            memory=block,
-            work=scalar_block(sum(work)),
-            rows=self.problem.rows + self.clock,
-            t0=self.t0,
-            h=self.h,
-            compiled=self.compiled,
-            **own,
-        )
 
 
 class Method(ABC):
@@ -98,7 +46,7 @@ class Method(ABC):
         Structure of the method itself, in exact arithmetic: symplectic on the manifold for a method
         that needs ``hamiltonian`` or ``splitting``; for one that needs ``field``, for Hamiltonian
         fields on flat space. See `structure`. The kernel of a symmetric method takes the substeps
-        `Start.lengths`, so that `geomint.Compose` can raise its order.
+        `Posed.lengths`, so that `geomint.Compose` can raise its order.
     keeps : tuple of str
         What every step keeps to round-off, however long it is; `geomint.stress` holds the method to
         it. Some of ``"group orbits"``, ``"quadratic invariants"``, ``"constraints"``, and ``"steady
@@ -129,11 +77,47 @@ class Method(ABC):
     references: tuple[Reference, ...] = ()
 
     @abstractmethod
-    def start(self, s: Start) -> Stepper:
-        """Return the stepper of a run."""
+    def flow(self, p: Posed) -> Flow:
+        """Return the flow on a problem: the kernel, and what it needs whatever state and step."""
 
-    def start_adaptive(self, s: Start, allowed: Any) -> Stepper:
-        """Return the stepper whose steps the error estimate chooses; see `geomint.Adaptive`."""
+    def on(
+        self,
+        problem: Problem,
+        y: Array,
+        time: float = 0.0,
+        clock: bool = False,
+        compiled: bool = True,
+    ) -> Flow:
+        """Return the flow on a problem, which keeps it until what its functions reach has changed.
+
+        Parameters
+        ----------
+        y, time : array, float
+            A canonical state, at which functions are checked where that has not been done.
+        clock : bool
+            Whether physical time is integrated beside the state.
+        compiled : bool
+            False: plain Python, with the same bits.
+
+        Raises
+        ------
+        FormError, DeclarationError
+            If the method cannot integrate the problem, or its functions do not fit what it declares.
+        """
+        kept = problem.__dict__.setdefault("_flows", Kept())
+        found: Flow | None = kept.get((self, clock, compiled))
+        if found is None or not found.holds():
+            self.check_fits(problem, clock)
+            seen = check_problem(problem, y, self.needs, clock)
+            found = self.flow(Posed(problem, y, time, clock, compiled))
+            found.method, found.seen = self, seen
+            if len(kept) >= MOST:
+                kept.pop(next(iter(kept)), None)
+            kept[self, clock, compiled] = found
+        return found
+
+    def adaptive_flow(self, p: Posed, allowed: Any) -> Flow:
+        """Return the flow whose steps the error estimate chooses; see `geomint.Adaptive`."""
         raise NotImplementedError
 
     def _set(self, **attributes: Any) -> None:

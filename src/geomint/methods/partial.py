@@ -9,17 +9,19 @@ import numpy as np
 
 from ..arguments import Array, Integers
 from ..errors import StepError
-from ..kernels.compiling.bound import bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import Block, filled_block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.by_address import by_address
 from ..kernels.solve.orbit import INSIDE, bound_inside
 from ..kernels.solve.partial import PARTIAL, TO_CLOCK, bound_polynomial, bound_write
 from ..kernels.solve.status import NOT_CONVERGED, OK
+from ..problems.bound import bound
 from ..problems.problem import Problem
-from .stepper import Advance, Stepper, filled_block
+from .flow import Flow
+from .stepper import Advance, Stepper
 
 
 def rounding(time: Array | float) -> Array:
@@ -72,45 +74,71 @@ class Found(NamedTuple):
     error: StepError | None
 
 
-def driven(s: Stepper) -> dict[str, Any]:
-    """Return what kernels take that drive a stepper beside its run, and how they begin."""
-    between = s.between
+def driven(flow: Flow) -> dict[str, Any]:
+    """Return what kernels take that drive a flow beside its run, and how they begin."""
+    between = flow.between
     return {
-        "advance": by_address(tuple(f.signature for f in s.functions)),
-        "functions": (bound_stepper(s.kernel, s.functions), *s.functions),
-        "params": s.params,
-        "fractions": s.fractions,
-        "rows": s.rows,
+        "advance": by_address(tuple(f.signature for f in flow.functions)),
+        "functions": (bound_stepper(flow.kernel, flow.functions), *flow.functions),
+        "params": flow.params,
+        "fractions": flow.fractions,
+        "rows": flow.rows,
         "write": bound_write(*([between.write] if between else [])),
         "table": between.table if between else scalar_block(0),
-        "begun": s.coefficients,
+        "begun": flow.coefficients,
     }
 
 
-def own_blocks(s: Stepper) -> dict[str, Block]:
+def own_blocks(flow: Flow) -> dict[str, Block]:
     """Return the blocks that a kernel beside the run changes: no two calls may share them."""
     return {
-        "coefficients": filled_block(s.coefficients.data),
-        "memory": scalar_block(len(s.memory)),
-        "work": scalar_block(len(s.work)),
-        "whole": scalar_block(len(s.memory)),
+        "coefficients": filled_block(flow.coefficients.data),
+        "memory": scalar_block(flow.memory),
+        "work": scalar_block(flow.work),
+        "whole": scalar_block(flow.memory),
     }
 
 
-def polynomial_of(s: Stepper) -> dict[str, Any]:
+def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Any:
+    """Return what a kernel returns that drives a stepper's flow; None where steps fail.
+
+    Compiled code lets other threads run: each has a call of its own, and what that changes.
+    """
+    while True:
+        flow = stepper.flow
+        key = kernel.recorded, threading.get_ident()
+        call = flow.calls.get(key)
+        if call is None:
+            names = dict(kernel.signature.arguments)
+            known = {**driven(flow), **own_blocks(flow), "ends": ends_of(flow.problem)}
+            own = {name: value for name, value in known.items() if name in names}
+            call = flow.calls[key] = kernel.call(flow.compiled, **own)
+        found = call(**given)
+        if found[0] == OK:
+            return found
+        if found[0] != NOT_CONVERGED or not stepper.turn(flow):
+            return None
+
+
+def ends_of(problem: Problem) -> Block:
+    """Return where the pieces of the state end."""
+    return Block(np.cumsum([float(rows) for _, rows in problem.pieces]))
+
+
+def polynomial_of(flow: Flow) -> dict[str, Any]:
     """Return the function that writes the whole step's polynomial, and room for it, if there is one."""
-    known = [s.between.polynomial] if s.between else []
-    powers = scalar_block(s.rows * (s.between.powers if s.between else 0))
+    known = [flow.between.polynomial] if flow.between else []
+    powers = scalar_block(flow.rows * (flow.between.powers if flow.between else 0))
     return {"polynomial": bound_polynomial(*known), "powers": powers}
 
 
-def inside_of(s: Stepper) -> dict[str, Any]:
+def inside_of(flow: Flow) -> dict[str, Any]:
     """Return what tells of steps inside, and room for it, or none."""
-    between = s.between
+    between = flow.between
     return {
         "inside": bound_inside(*([between.inside] if between else [])),
         "places": between.places if between else scalar_block(0),
-        "known": scalar_block(INSIDE * s.rows if between else 0),
+        "known": scalar_block(INSIDE * flow.rows if between else 0),
     }
 
 
@@ -120,35 +148,34 @@ class PartialSteps:
     Compiled code lets other threads run, so that each has calls of its own, and what these change.
     """
 
-    def __init__(self, problem: Problem, stepper: Stepper) -> None:
-        self._problem, self._stepper = problem, stepper.fixed_step
+    def __init__(self, stepper: Stepper) -> None:
+        self._stepper = stepper.fixed_step
         self._own: dict[Any, Call] = {}
 
     def _call(self, clock: bool) -> Call:
         """Return what takes the steps, compiled or found when it is asked for first."""
-        s = self._stepper
-        key, calls = ("to_clock" if clock else "partial", s.kernel), self._own
-        own = *key, threading.get_ident()
+        flow, calls = self._stepper.flow, self._own
+        key = "to_clock" if clock else "partial"
+        own = key, flow, threading.get_ident()
         if own not in calls:
-            if key not in s.beside:
-                s.beside[key] = self._made(clock)
-            calls[own] = call = s.beside[key].copy()
-            call.set(**own_blocks(s))
+            if key not in flow.calls:
+                flow.calls[key] = self._made(clock)
+            calls[own] = call = flow.calls[key].copy()
+            call.set(**own_blocks(flow))
             if clock:
-                powers = polynomial_of(s)["powers"]
-                call.set(powers=powers, scratch=scalar_block(self._problem.work))
+                powers = polynomial_of(flow)["powers"]
+                call.set(powers=powers, scratch=scalar_block(flow.problem.work))
         return calls[own]
 
     def _made(self, clock: bool) -> Call:
         """Return a call for all runs of the method: what it changes is set by each."""
-        s, problem = self._stepper, self._problem
+        flow = self._stepper.flow
+        problem = flow.problem
         if not clock:
-            return PARTIAL.call(s.compiled, **driven(s))
+            return PARTIAL.call(flow.compiled, **driven(flow))
         assert problem.clock is not None
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        return TO_CLOCK.call(
-            s.compiled, **driven(s), **polynomial_of(s), rate=bind(problem.clock, VALUE, **sizes)
-        )
+        given = {**driven(flow), **polynomial_of(flow)}
+        return TO_CLOCK.call(flow.compiled, **given, rate=bound(problem, problem.clock, VALUE))
 
     def to_times(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:
         """Return the states at the problem's own times, each from its node.
@@ -173,7 +200,7 @@ class PartialSteps:
         count, rows = len(at), nodes.states.shape[1]
         out = scalar_block(count * rows)
         while True:
-            kernel = self._stepper.kernel
+            flow = self._stepper.flow
             asked = Advance(
                 *self._call(clock)(
                     span=self._stepper.h,
@@ -185,12 +212,12 @@ class PartialSteps:
                     **given,
                 )
             )
-            if asked.status != NOT_CONVERGED or not self._stepper.turn(kernel):
+            if asked.status != NOT_CONVERGED or not self._stepper.turn(flow):
                 break
         states = out.data.reshape(count, rows)
         if asked.status == OK:
             return states, None
         i = at[asked.steps]
-        failed = self._stepper.restarted(nodes.states[i], nodes.times[i], gaps[asked.steps])
+        failed = self._stepper.like(nodes.states[i], nodes.times[i], gaps[asked.steps])
         error = failed.error(asked._replace(steps=0), 0, int(nodes.steps[i]))
         return states[: asked.steps], error

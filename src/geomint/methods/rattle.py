@@ -11,9 +11,9 @@ from ..kernels.solve.rattle_separable import (
     separable_rattle_work,
 )
 from ..references.literature import ANDERSEN_1983, HLW_2006
-from .bound_forms import hamiltonian_of
-from .method import Method, Start, iteration_tolerance
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method, iteration_tolerance
+from .posed import Posed
 
 MAX_UNROLLED_ROWS = 9
 MAX_UNROLLED_CONSTRAINTS = 3
@@ -55,15 +55,14 @@ class Rattle(Method):
             max_iterations=whole("max_iterations", self.max_iterations, 1),
         )
 
-    def start(self, s: Start) -> Stepper:
-        assert s.problem.hamiltonian is not None
-        separable = s.problem.hamiltonian.separable
-        functions, n, m = hamiltonian_of(s)
+    def flow(self, p: Posed) -> Flow:
+        assert p.problem.hamiltonian is not None
+        separable = p.problem.hamiltonian.separable
+        functions, n, m = p.hamiltonian
         memory = separable_rattle_memory if separable else rattle_memory
         work = separable_rattle_work if separable else rattle_work
         stepper = separable_rattle_stepper if separable else rattle_stepper
-        return s.stepper(
-            s.y0,
+        return p.flow(
             kernel=stepper(*unrolled_sizes(n, m)),
             functions=functions,
             coefficients=packed(
@@ -72,10 +71,10 @@ class Rattle(Method):
                 constraints=m,
                 cap=self.max_iterations,
                 tolerance=self.iteration_tolerance,
-                clock_rows=float(s.clock),
+                clock_rows=float(p.clock),
             ),
-            memory=memory(n, m, int(s.clock)),
-            work=work(n, m, s.problem.work),
+            memory=memory(n, m, int(p.clock)),
+            work=work(n, m, p.problem.work),
             evaluations=2,
         )
 

@@ -82,7 +82,7 @@ def find_solver(name: str | Method | None, problem: Any = None) -> Method:
 
 
 def _is_exact(name: Any) -> bool:
-    return isinstance(name, Exact) or (isinstance(name, str) and name == _EXACT.name)
+    return name == _EXACT.name if isinstance(name, str) else isinstance(name, Exact)
 
 
 def find_method(name: str | Method) -> Method:
@@ -96,6 +96,8 @@ def find_method(name: str | Method) -> Method:
     if not isinstance(name, str):
         return checked_method("method", name, "a name or a geomint method")
     known = methods()
+    if name in known:
+        return known[name]
     base, schemes = _parts(name, known)
     if base not in known:
         raise MethodError(f"method = {quoted(name)}: no such method.{_hint(name, known)}")

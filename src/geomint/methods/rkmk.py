@@ -22,11 +22,11 @@ from ..problems.forms import Group
 from ..references.literature import MUNTHE_KAAS_1999
 from ..tableaux import Tableau
 from .adaptive import Adaptive
-from .adaptive_stepper import controlled_stepper
-from .bound_forms import action_of, group_sizes, maps_of, unrolled
+from .adaptive_stepper import controlled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
-from .method import Method, Start
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method
+from .posed import Posed, maps_of, unrolled
 
 COORDINATES = ("exp", "cayley")
 MAPS = {"exp": "exponentials", "cayley": "Cayley maps"}
@@ -125,38 +125,36 @@ class RKMK(Method):
         assert isinstance(self.tableau, Tableau)
         return self.tableau
 
-    def start(self, s: Start) -> Stepper:
-        generator, group, y0 = action_of(s)
+    def flow(self, p: Posed) -> Flow:
+        generator, group = p.action
         *chart, group_work = coordinates_of(group, self.coordinates, self.order)
         maps = maps_of(group, *chart)
         stages, numbers = fixed_step_numbers(self.table)
-        rows, m = len(y0), group.algebra_rows
+        rows, m = p.rows, group.algebra_rows
         layout = rkmk_coefficients(len(group.layout), stages, 0)
-        return s.stepper(
-            y0,
+        return p.flow(
             kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
-            coefficients=packed(layout, **group_sizes(s, group, rows, stages), **numbers),
+            coefficients=packed(layout, **p.group_sizes(group, stages), **numbers),
             memory=compensated_state(rows),
-            work=rkmk_work(rows, m, stages, s.problem.work, group_work),
+            work=rkmk_work(rows, m, stages, p.problem.work, group_work),
             evaluations=stages,
             lane_by_lane=group.inline,
         )
 
-    def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:
-        _, group, y0 = action_of(s)
+    def adaptive_flow(self, p: Posed, allowed: Adaptive) -> Flow:
+        _, group = p.action
         *chart, group_work = coordinates_of(group, self.coordinates, self.order)
         maps = maps_of(group, *chart)
-        stages, rows, m, work = self.table.stages, len(y0), group.algebra_rows, s.problem.work
-        return controlled_stepper(
-            s,
+        stages, rows, m, work = self.table.stages, p.rows, group.algebra_rows, p.problem.work
+        return controlled(
+            p,
             self.table,
             allowed,
-            self.start(s),
+            self.flow(p),
             kernel=adaptive_rkmk_stepper(*maps.inline, *unrolled(rows, m)),
-            y0=y0,
             derivative_rows=m,
             layout=functools.partial(rkmk_coefficients, len(group.layout)),
-            sizes=group_sizes(s, group, rows, stages),
+            sizes=p.group_sizes(group, stages),
             work_rows=sum(rkmk_work(rows, m, stages, work, group_work)),
         )

@@ -6,9 +6,9 @@ from ..kernels.numbers.blocks import packed
 from ..kernels.solve.splitting import SPLITTING, splitting_memory, splitting_stepper, splitting_work
 from ..problems.time_scale import names_time
 from ..references.literature import HLW_2006, STRANG_1968, VERLET_1967
-from .bound_forms import splitting_of
-from .method import Method, Start
-from .stepper import Stepper
+from .flow import Flow
+from .method import Method
+from .posed import Posed
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,11 +35,10 @@ class Verlet(Method):
     summary = "Störmer–Verlet, Strang splitting of the parts; explicit"
     references = (STRANG_1968, VERLET_1967, HLW_2006.at("Section II.5"))
 
-    def start(self, s: Start) -> Stepper:
-        functions, parts = splitting_of(s)
-        rows, clock = s.problem.rows, int(s.clock)
-        return s.stepper(
-            s.y0,
+    def flow(self, p: Posed) -> Flow:
+        functions, parts = p.splitting
+        rows, clock = p.problem.rows, int(p.clock)
+        return p.flow(
             kernel=splitting_stepper(),
             functions=functions,
             coefficients=packed(
@@ -47,11 +46,11 @@ class Verlet(Method):
                 rows=rows,
                 parts=parts,
                 clock_rows=clock,
-                substeps=len(s.lengths),
-                merged=float(not names_time(s.problem)),
+                substeps=len(p.lengths),
+                merged=float(not names_time(p.problem)),
             ),
             memory=splitting_memory(rows, clock),
-            work=splitting_work(rows, s.problem.work),
+            work=splitting_work(rows, p.problem.work),
             evaluations=2 * parts - 1,
             lane_by_lane=True,
         )

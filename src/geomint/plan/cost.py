@@ -13,11 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arguments import Array
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import ACTION, CONSTRAINT, FIELD, FLOW, GRADIENTS
 from ..kernels.numbers.blocks import Block
 from ..kernels.numbers.traced import OWN, Algebra, Traced
+from ..problems.bound import given_at
 from ..problems.declaration import check_form
 from ..problems.forms import GroupAction, Hamiltonian, Splitting
 from ..problems.problem import Problem
+
+Held = Callable[[Array], Block]
 
 
 class Cost(NamedTuple):
@@ -77,39 +82,33 @@ def cost_of(problem: Problem, form: str, y: Array) -> Cost:
     """
     check_form(problem, form, y)
     tally = _Tally()
-    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
-    _EVALUATIONS[form](getattr(problem, form), params, y, work, tally)
+    _EVALUATIONS[form](getattr(problem, form), given_at(problem, y, t=0.0), tally.block)
     return Cost(problem.rows, tally.count)
 
 
-def _field(field: Any, params: Block, y: Array, work: Block, tally: _Tally) -> None:
-    field(params, 0.0, tally.block(y), tally.block(0.0 * y), work)
+def _field(field: Recorded, given: dict[str, Any], block: Held) -> None:
+    FIELD.run(field, block, **given)
 
 
-def _action(action: GroupAction, params: Block, y: Array, work: Block, tally: _Tally) -> None:
-    group, state = action.group, tally.block(y)
-    xi = tally.block(np.zeros(group.algebra_rows))
-    action.generator(params, 0.0, state, xi, work)
-    for i in range(len(xi)):  # of the size of a small step: larger ones are scaled and squared
-        xi.data[i] = _Number(1e-2 * float(xi[i]), tally)
-    scratch = tally.block(np.zeros(group.work))
-    group.act(Block(group.layout), xi, state, tally.block(0.0 * y), scratch)
+def _action(action: GroupAction, given: dict[str, Any], block: Held) -> None:
+    group = action.group
+    (xi,) = FIELD.run(action.generator, block, **{**given, "out": group.algebra_rows})
+    # Of the size of a small step: larger ones are scaled and squared.
+    own = {"layout": group.layout, "xi": 1e-2 * xi.astype(float), "work": group.work}
+    ACTION.run(group.act, block, **{**given, **own})
 
 
-def _hamiltonian(form: Hamiltonian, params: Block, y: Array, work: Block, tally: _Tally) -> None:
-    q, p, slope_q, slope_p = (tally.block(x) for x in (*np.split(y, 2), *np.split(0.0 * y, 2)))
-    form.gradients(params, 0.0, q, p, slope_q, slope_p, work)
-    count = form.constraints
-    g, jacobian = tally.block(np.zeros(count)), tally.block(np.zeros(count * len(q)))
-    form.constraint(params, q, g, jacobian, work)
+def _hamiltonian(form: Hamiltonian, given: dict[str, Any], block: Held) -> None:
+    GRADIENTS.run(form.gradients, block, **given)
+    CONSTRAINT.run(form.constraint, block, **given)
 
 
-def _splitting(form: Splitting, params: Block, y: Array, work: Block, tally: _Tally) -> None:
+def _splitting(form: Splitting, given: dict[str, Any], block: Held) -> None:
     for k in range(form.parts):
-        form.flow(k, params, 0.0, 1e-2, tally.block(y), tally.block(0.0 * y), work)
+        FLOW.run(form.flow, block, **given, k=k, h=1e-2)
 
 
-_EVALUATIONS: dict[str, Callable[[Any, Block, Array, Block, _Tally], None]] = {
+_EVALUATIONS: dict[str, Callable[[Any, dict[str, Any], Held], None]] = {
     "field": _field,
     "action": _action,
     "hamiltonian": _hamiltonian,

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from ..errors import SceneError
 from ..kernels.solve.status import NOT_CONVERGED
-from ..methods.method import Method, Start
+from ..methods.method import Method
 from ..methods.registry import AUTO
 from ..problems.evaluate import value
 from ..problems.problem import Problem
@@ -230,7 +230,6 @@ def estimate_evaluations(
         return None
     from ..kernels.numbers.blocks import scalar_block
 
-    start = Start(route.problem, route.state, 0.0, timeline.h, clock=clock, compiled=False)
     if implicit:  # Newton's method, and many iterations, would take minutes in plain Python
         if method.options.get("iteration") == "newton":
             return Choice(what, None, "not known", "Newton's method is not tried before the run")
@@ -238,15 +237,16 @@ def estimate_evaluations(
         if "iteration" in method.options:
             changed["iteration"] = "fixed-point"
         method = method.with_options(**changed)
-    stepper = method.start(start)
+    flow = method.on(route.problem, route.state, clock=clock, compiled=False)
+    stepper = flow.begin(route.state, 0.0, timeline.h)
     if method.adaptive:
         few = stepper.evaluations_in(1000, 1000) / 1000
         return Choice(what, None, f"{few:.3g} a step", "rejected steps count as well")
     if steps is None:
         return None
     if not implicit:
-        total = steps * stepper.evaluations
-        return Choice(what, total, f"{total:.4g}", f"{stepper.evaluations:g} a step")
+        total = steps * flow.evaluations
+        return Choice(what, total, f"{total:.4g}", f"{flow.evaluations:g} a step")
     first = rest = stepper.advance(0, 1, 1, scalar_block(stepper.rows))
     tried = min(_PROBE_STEPS, max(_PROBE_CAP // max(first.iterations, 1), 1))
     if not first.status:
@@ -261,6 +261,6 @@ def estimate_evaluations(
         error = stepper.error(rest, 0 if first.status else 1)
         return Choice(what, None, "the run will fail", str(error))
     iterations = rest.iterations / tried
-    total = steps * iterations * stepper.evaluations
-    each = f"{iterations:.3g} iterations of {stepper.evaluations:g} a step"
+    total = steps * iterations * flow.evaluations
+    each = f"{iterations:.3g} iterations of {flow.evaluations:g} a step"
     return Choice(what, total, f"about {total:.3g}", f"{each}, tried on {tried} steps")

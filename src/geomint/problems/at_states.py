@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.sample import sampler
+from .bound import bound
 from .declaration import kept_with
 from .problem import Problem
 from .spaces.conditions import written
@@ -32,12 +32,11 @@ def writer(
     What it returns has shape (functions, states, width). Rows of states may have more numbers than
     those of the problem, after these.
     """
-    sizes = {"params": len(problem.params), "y": problem.rows, "out": width}
 
     def made() -> Call:
         return sampler().call(
             compiled,
-            values=tuple(bind(f, FIELD, **sizes) for f in functions),
+            values=tuple(bound(problem, f, FIELD, out=width) for f in functions),
             functions=len(functions),
             params=Block(problem.params),
             rows=problem.rows,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.recorded import Recorded
-from .declaration import check_problem
+from .declaration import check_problem, check_watched
 from .evaluate import derivative, value
 from .problem import Problem
 
@@ -35,7 +35,8 @@ def off_base(problem: Problem, base: Problem, y: Array, t: float) -> str:
     if not forms:
         return "they have neither a field nor an action in common"
     for form in forms:
-        check_problem(base, y[:rows].copy(), form, watched={"measure": base.measure})
+        check_problem(base, y[:rows].copy(), form)
+        check_watched(base, y[:rows].copy(), {"measure": base.measure})
         if says := _moves_otherwise(problem, base, states, form):
             return says
 

@@ -20,7 +20,20 @@ import numpy as np
 from ..arguments import Array
 from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.watched import Fresh, Given
+from ..kernels.compiling.signatures import (
+    ACTION,
+    BRACKET,
+    CONSTRAINT,
+    EXTENT,
+    FIELD,
+    FLOW,
+    GRADIENTS,
+    TANGENT_MAP,
+    TWO_FORM,
+    VALUE,
+    Signature,
+)
+from .bound import given_at
 from .forms import Group, GroupAction, Hamiltonian, Measure, Splitting
 from .groups import own_sizes
 from .problem import Problem
@@ -43,7 +56,6 @@ def check_problem(
     y: Array,
     form: str,
     clock: bool = False,
-    watched: Mapping[str, Recorded | Measure | SymplecticForm] | None = None,
 ) -> Fingerprints:
     """Raise `DeclarationError` unless the functions of a problem fit what it declares.
 
@@ -53,8 +65,6 @@ def check_problem(
         The one that is integrated. Where the state is small all others are checked as well.
     clock : bool
         Whether the clock is integrated.
-    watched : mapping of argument to function
-        What is observed, ``observe['K']``, or looked for: functions of the problem, or others.
 
     Returns
     -------
@@ -68,14 +78,18 @@ def check_problem(
     key = check_form(problem, form, y)
     if clock and problem.clock is not None:
         key += (check_value(problem, problem.clock, y),)
-    for name, f in (watched or {}).items():
-        if isinstance(f, Measure):
-            _check_measure(problem, f, y)
-        elif isinstance(f, SymplecticForm):
-            _check_two_form(problem, f, y)
-        else:
-            check_value(problem, f, y, name)
     return key
+
+
+def check_watched(
+    problem: Problem, y: Array, watched: Mapping[str, Recorded | Measure | SymplecticForm]
+) -> None:
+    """Raise `DeclarationError` unless what is observed, or looked for, fits the problem.
+
+    By argument, as ``observe['K']``: functions of the problem, or others.
+    """
+    for name, f in watched.items():
+        _check_watched(problem, f, y, name)
 
 
 def check_form(problem: Problem, form: str, y: Array) -> Fingerprints:
@@ -102,13 +116,25 @@ def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> str:
     str
         The fingerprint of the function.
     """
+    return _check_once(problem, f, VALUE, y, role)
+
+
+def _check_once(
+    problem: Problem, f: Recorded, signature: Signature, y: Array, role: str, **others: int
+) -> str:
     now = f.fingerprint
-    if is_new(problem, now):
+    if is_new(problem, (signature, now)):
         own = next((name for name, g in _values(problem) if g.function is f.function), role)
-        arguments = _usual(problem, y)
-        watched_call(problem.name, own or f.function.__name__, f, arguments, number=True)
-        remember(problem, now)
+        _watched(problem, own or f.function.__name__, f, signature, y, **others)
+        remember(problem, (signature, now))
     return now
+
+
+def _watched(
+    problem: Problem, role: str, f: Recorded, signature: Signature, y: Array, **others: Any
+) -> dict[str, Any]:
+    """Run a function at a state, and return its arguments: blocks that have watched it."""
+    return watched_call(problem.name, role, f, signature, given_at(problem, y, **others))
 
 
 class Kept(dict[Any, Any]):
@@ -172,12 +198,9 @@ def _functions(form: Any) -> Iterator[Recorded]:
 def _check_all(problem: Problem, y: Array) -> None:
     for form in problem.forms:
         check_form(problem, form, y)
-    for _, f in _values(problem):
-        check_value(problem, f, y)
-    if problem.measure is not None:
-        _check_measure(problem, problem.measure, y)
-    if problem.symplectic_form is not None:
-        _check_two_form(problem, problem.symplectic_form, y)
+    for f in (*dict(_values(problem)).values(), problem.measure, problem.symplectic_form):
+        if f is not None:
+            _check_watched(problem, f, y)
 
 
 def _values(problem: Problem) -> Iterator[tuple[str, Recorded]]:
@@ -191,51 +214,34 @@ def _values(problem: Problem) -> Iterator[tuple[str, Recorded]]:
             yield f"{group}[{name!r}]", f
 
 
-def _usual(problem: Problem, y: Array, *outputs: Fresh) -> dict[str, Any]:
-    """Return the arguments (params, t, y, …, work)."""
-    return _arguments(problem, {"t": NOW}, Given("y", y), *outputs)
-
-
-def _arguments(problem: Problem, numbers: dict[str, Any], *blocks: Given) -> dict[str, Any]:
-    """Return parameters, numbers by name, blocks by theirs, and scratch."""
-    named = {block.name: block for block in blocks}
-    params, work = Given("params", problem.params), Fresh("work", problem.work)
-    return {"params": params, **numbers, **named, "work": work}
-
-
 # --- forms ----------------------------------------------------------------------------------------
 
 
+def _check_watched(
+    problem: Problem, f: Recorded | Measure | SymplecticForm, y: Array, role: str = ""
+) -> None:
+    if isinstance(f, Recorded):
+        check_value(problem, f, y, role)
+    elif isinstance(f, SymplecticForm):
+        _check_once(problem, f.form, TWO_FORM, y, "symplectic_form.form")
+    else:
+        check_value(problem, f.log_density, y)
+        if f.manifold is not None:
+            _check_once(problem, f.manifold, FIELD, y, "measure.manifold", out=f.conditions)
+
+
 def _check_field(problem: Problem, f: Recorded, y: Array) -> None:
-    watched_call(problem.name, "field", f, _usual(problem, y, Fresh("out", problem.rows)))
-
-
-def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
-    check_value(problem, measure.log_density, y)
-    f = measure.manifold
-    if f is not None and is_new(problem, ("manifold", f.fingerprint)):
-        out = Fresh("out", measure.conditions)
-        watched_call(problem.name, "measure.manifold", f, _usual(problem, y, out))
-        remember(problem, ("manifold", f.fingerprint))
-
-
-def _check_two_form(problem: Problem, given: SymplecticForm, y: Array) -> None:
-    f = given.form
-    if is_new(problem, ("two-form", f.fingerprint)):
-        vectors = (Given("y", y), Given("u", y), Given("v", y))
-        arguments = _arguments(problem, {"t": NOW}, *vectors)
-        watched_call(problem.name, "symplectic_form.form", f, arguments, number=True)
-        remember(problem, ("two-form", f.fingerprint))
+    _watched(problem, "field", f, FIELD, y)
 
 
 def _check_action(problem: Problem, action: GroupAction, y: Array) -> None:
-    out = Fresh("out", action.group.algebra_rows)
-    watched_call(problem.name, "action.generator", action.generator, _usual(problem, y, out))
+    rows = action.group.algebra_rows
+    _watched(problem, "action.generator", action.generator, FIELD, y, out=rows)
     own = own_sizes(action.group)
     if own is None:
         _check_group(problem, action.group)
         return
-    declared = (action.group.algebra_rows, problem.rows, action.group.work)
+    declared = (rows, problem.rows, action.group.work)
     for block, has, wanted in zip(("xi", "y", "work"), declared, own, strict=True):
         if has != wanted and not (block == "work" and has > wanted):
             what = f"({action.group.name}) wants {wanted} rows of {block}, where there are {has}"
@@ -247,48 +253,28 @@ def _check_group(problem: Problem, group: Group) -> None:
     n, m = problem.rows, group.algebra_rows
     element, state = STEP * np.cos(np.arange(1.0, m + 1.0)), np.sin(np.arange(1.0, n + 1.0))
     other = np.sin(element)
-    takes = {
-        "act": {"xi": element, "y": state},
-        "cayley": {"xi": element, "y": state},
-        "bracket": {"x": element, "y": other},
-        "dexpinv": {"u": element, "v": other},
-        "dcayinv": {"u": element, "v": other},
-        "extent": {"u": element},
-    }
-    for name, arrays in takes.items():
+    given = {"layout": group.layout, "work": group.work, "v": other}
+    given |= dict.fromkeys(("xi", "x", "u"), element)
+    for name, signature in _MAPS.items():
         f = getattr(group, name)
-        if f is None:
-            continue
-        key = (name, f.fingerprint, group.layout.tobytes(), m, n, group.work)
-        if key in _fitting_groups:
-            continue
-        arguments = {
-            block: Given(block, data) for block, data in {"layout": group.layout, **arrays}.items()
-        }
-        if name != "extent":
-            arguments["out"] = Fresh("out", n if "xi" in arrays else m)
-        arguments["work"] = Fresh("work", group.work)
-        role = f"action.group.{name}"
-        watched_call(problem.name, role, f, arguments, number=name == "extent")
-        _fitting_groups.add(key)
+        key = f and (name, f.fingerprint, group.layout.tobytes(), m, n, group.work)
+        if key and key not in _fitting_groups:
+            given |= {"y": state, "out": n} if signature is ACTION else {"y": other, "out": m}
+            watched_call(problem.name, f"action.group.{name}", f, signature, given)
+            _fitting_groups.add(key)
 
 
 def _check_hamiltonian(problem: Problem, form: Hamiltonian, y: Array) -> None:
-    n, m = problem.rows // 2, form.constraints
-    _gradients(problem, form, y[:n], y[n:])
-    arguments = _arguments(problem, {}, Given("q", y[:n]), Fresh("g", m), Fresh("G", m * n))
-    watched_call(problem.name, "hamiltonian.constraint", form.constraint, arguments)
+    _gradients(problem, form, y)
+    _watched(problem, "hamiltonian.constraint", form.constraint, CONSTRAINT, y)
     if form.separable:
-        _check_separable(problem, form, y[:n], y[n:])
+        _check_separable(problem, form, *np.split(y, 2))
 
 
-def _gradients(
-    problem: Problem, form: Hamiltonian, q: Array, p: Array, t: Any = NOW
-) -> tuple[Array, Array]:
-    dq, dp = Fresh("dq", len(q)), Fresh("dp", len(q))
-    arguments = _arguments(problem, {"t": t}, Given("q", q), Given("p", p), dq, dp)
-    watched_call(problem.name, "hamiltonian.gradients", form.gradients, arguments)
-    return dq.data, dp.data
+def _gradients(problem: Problem, form: Hamiltonian, *y: Array, t: Any = NOW) -> list[Array]:
+    role = "hamiltonian.gradients"
+    found = _watched(problem, role, form.gradients, GRADIENTS, np.concatenate(y), t=t)
+    return [found[name].data for name in ("dq", "dp")]
 
 
 @np.errstate(all="ignore")
@@ -298,7 +284,7 @@ def _check_separable(problem: Problem, form: Hamiltonian, q: Array, p: Array) ->
     p1 = p + (float(np.max(np.abs(p))) or 1.0) * shape
     dq, _ = _gradients(problem, form, q, p)
     dq1, dp1 = _gradients(problem, form, q, p1)
-    _, dp2 = _gradients(problem, form, q + 0.1 * np.max(np.abs(q)) * shape, 2.0 * p1, LATER)
+    _, dp2 = _gradients(problem, form, q + 0.1 * np.max(np.abs(q)) * shape, 2.0 * p1, t=LATER)
     for block, depends, x, z in (
         ("dq", "on q and t alone", dq, dq1),
         ("dp", "on p alone, linearly", 2.0 * dp1, dp2),
@@ -325,11 +311,9 @@ def _check_splitting(problem: Problem, form: Splitting, y: Array) -> None:
 
 
 def _flow(problem: Problem, form: Splitting, k: int, y: Array) -> Array:
-    out = Fresh("out", problem.rows)
-    params, t, *others = _usual(problem, y, out).items()
-    arguments = dict([("k", k), params, t, ("h", STEP), *others])
-    watched_call(problem.name, f"splitting.flow of part {k}", form.flow, arguments)
-    return out.data
+    role = f"splitting.flow of part {k}"
+    arguments = _watched(problem, role, form.flow, FLOW, y, k=k, h=STEP)
+    return np.asarray(arguments["out"].data)
 
 
 _FORMS: dict[str, Any] = {
@@ -338,3 +322,5 @@ _FORMS: dict[str, Any] = {
     "hamiltonian": _check_hamiltonian,
     "splitting": _check_splitting,
 }
+_MAPS = dict.fromkeys(("act", "cayley"), ACTION) | {"bracket": BRACKET, "extent": EXTENT}
+_MAPS |= dict.fromkeys(("dexpinv", "dcayinv"), TANGENT_MAP)

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import DeclarationError, DeclarationWarning, Gathered, GeomintError, tell
-from ..kernels.compiling.code import reads
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import VALUE
 from .declaration import FEW, Fingerprints, kept_with
 from .derivatives import gradient, jacobian
 from .deviation import sizes_of
@@ -65,7 +65,7 @@ def claims_kept(
             return false_claims(problem, y, t, ahead)
         return ()  # of functions that plain Python cannot evaluate there
 
-    return kept_with(problem, ("claims", moved, problem.params.tobytes(), *functions), looked_for)
+    return kept_with(problem, ("claims", moved, functions), looked_for)
 
 
 def tell_false_claims(
@@ -120,7 +120,7 @@ def false_claims(
                 break
     for kind, known in (("invariant", problem.invariants), ("constraint", problem.constraints)):
         for name, f in known.items():
-            if reads(f.function.__code__, 1) and math.ulp(later) > ROUGH * abs(h):
+            if VALUE.reads(f, "t") and math.ulp(later) > ROUGH * abs(h):
                 continue  # so late that times round to more than differences take
             along, alone = _gradient(problem, f, z, later, sizes, h)
             terms = np.append(along * rates, alone)
@@ -147,7 +147,7 @@ def _gradient(
 ) -> tuple[Array, float]:
     """Return the derivatives of a quantity by the state and by time."""
     alone = 0.0
-    if reads(f.function.__code__, 1):
+    if VALUE.reads(f, "t"):
         alone = (value(problem, f, y, t + h) - value(problem, f, y, t - h)) / (2.0 * h)
     with suppress(DeclarationError):
         return gradient(problem, f, y, t), alone

@@ -5,12 +5,14 @@ given relative to the largest number of that piece.
 """
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, Integers
 from .problem import Problem
+from .spaces.pieces import Pieces
 
 
 def pieces_of(problem: Problem, y: Array) -> dict[str, Array]:
@@ -20,11 +22,18 @@ def pieces_of(problem: Problem, y: Array) -> dict[str, Array]:
 
 def sizes_of(problem: Problem, y: Array) -> Array:
     """Return for each number of a state the largest of its piece; of the state, where that is 0."""
-    whole = float(np.max(np.abs(y))) or 1.0
-    sizes = np.ones(problem.rows)
-    for rows in problem.slices.values():
-        sizes[rows] = float(np.max(np.abs(y[rows]))) or whole
-    return sizes
+    starts, lengths = _places(problem.pieces)
+    largest = np.maximum.reduceat(np.abs(y), starts)
+    if not largest.all():
+        largest[largest == 0.0] = largest.max() or 1.0
+    return largest.repeat(lengths)
+
+
+@functools.lru_cache(maxsize=256)
+def _places(pieces: Pieces) -> tuple[Integers, Integers]:
+    """Return where pieces begin, and how long they are."""
+    lengths = np.array([rows for _, rows in pieces])
+    return np.cumsum(lengths) - lengths, lengths
 
 
 def shifted(problem: Problem, y0: Array, seed: int, shift: float) -> tuple[Problem, Array]:

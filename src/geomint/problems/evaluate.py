@@ -11,19 +11,19 @@ import numpy as np
 
 from ..arguments import Array, as_array, finite, numbers_of
 from ..errors import DeclarationError, DomainError, nearest
-from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import (
     ACTION,
     CONSTRAINT,
     FIELD,
     FLOW,
-    GENERATOR,
     GRADIENTS,
     VALUE,
     Signature,
 )
 from ..kernels.numbers.blocks import Block, scalar_block
+from .bound import bound, called, given_at
 from .declaration import check_form, check_value, kept_with
 from .formulas import is_formula
 from .groups import own_sizes
@@ -66,8 +66,8 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
     """
     y = _flat(problem, y)
     f = observable_of(problem, f, y)
-    work = Block(np.zeros(problem.work))
-    return float(unwatched_call(problem.name, f, Block(problem.params), _time(t), Block(y), work))
+    call, now = partial(unwatched_call, problem.name, f), _time(t)
+    return float(VALUE.run(call, params=problem.params, t=now, y=y, work=problem.work))
 
 
 @np.errstate(all="ignore")
@@ -124,7 +124,7 @@ def _of_code(problem: Problem, key: Any, make: Any, of: Any, plain: Any) -> Any:
 
 
 def _value(problem: Problem, f: Recorded) -> Value:
-    call, state = _call(problem, True, f, VALUE, y=problem.rows)
+    call, state = _call(problem, True, f, VALUE)
 
     def number(y: Array, t: float) -> float:
         state[:] = y
@@ -136,19 +136,14 @@ def _value(problem: Problem, f: Recorded) -> Value:
 def _call(
     problem: Problem, compiled: bool, f: Recorded, signature: Signature, **rows: int
 ) -> tuple[Any, ...]:
-    """Return a function of the problem as Python calls it, and the arrays that its blocks are."""
-    compiled = compiled and is_formula(problem, f, signature, rows)
-    arrays = {name: np.zeros(count) for name, count in rows.items()}
-    blocks = {name: Block(array) for name, array in arrays.items()}
-    call = bind(f, signature, params=len(problem.params), **rows).call(compiled)
-    call.set(params=Block(problem.params), work=scalar_block(problem.work), **blocks)
-    return call, *arrays.values()
+    """Return `called`: compiled, if the function is a formula."""
+    known = bound(problem, f, signature, **rows)
+    return called(problem, known, compiled and is_formula(problem, known))
 
 
 def _field_rates(problem: Problem, compiled: bool) -> Rate:
     assert problem.field is not None
-    n = problem.rows
-    call, state, rates = _call(problem, compiled, problem.field, FIELD, y=n, out=n)
+    call, state, rates = _call(problem, compiled, problem.field, FIELD)
 
     def field_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         state[:] = y
@@ -163,14 +158,11 @@ def _action_rates(problem: Problem, compiled: bool) -> Rate:
     assert problem.action is not None
     group, tiny = problem.action.group, 1e-7
     generator = problem.action.generator
-    call, state, xi = _call(
-        problem, compiled, generator, GENERATOR, y=problem.rows, xi=group.algebra_rows
-    )
+    call, state, xi = _call(problem, compiled, generator, FIELD, out=group.algebra_rows)
     element, moved = np.zeros(group.algebra_rows), np.zeros(problem.rows)
     act = Bound(group.act, ACTION).call(compiled and own_sizes(group) is not None)
-    scratch = scalar_block(group.work)
-    act.set(layout=Block(group.layout), x=Block(element), y=Block(state), out=Block(moved))
-    act.set(work=scratch)
+    act.set(layout=Block(group.layout), xi=Block(element), y=Block(state), out=Block(moved))
+    act.set(work=scalar_block(group.work))
 
     def action_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         state[:] = y
@@ -189,10 +181,8 @@ class _Constrained:
     def __init__(self, problem: Problem, compiled: bool) -> None:
         form = problem.hamiltonian
         assert form is not None
-        n, m = problem.rows // 2, form.constraints
-        sizes, others = {"q": n, "p": n, "dq": n, "dp": n}, {"q": n, "g": m, "G": m * n}
-        self._move, *self._moved = _call(problem, compiled, form.gradients, GRADIENTS, **sizes)
-        self._hold, *self._held = _call(problem, compiled, form.constraint, CONSTRAINT, **others)
+        self._move, *self._moved = _call(problem, compiled, form.gradients, GRADIENTS)
+        self._hold, *self._held = _call(problem, compiled, form.constraint, CONSTRAINT)
 
     @np.errstate(all="ignore")
     def at(self, y: Array, t: float) -> tuple[Array, Array, Array]:
@@ -279,7 +269,7 @@ def on_constraints(problem: Problem, y: Array) -> Array:
 def _splitting_rates(problem: Problem, compiled: bool) -> Rate:
     assert problem.splitting is not None
     n, parts, tiny = problem.rows, problem.splitting.parts, np.float64(1e-7)
-    call, state, increment = _call(problem, compiled, problem.splitting.flow, FLOW, y=n, out=n)
+    call, state, increment = _call(problem, compiled, problem.splitting.flow, FLOW)
 
     def splitting_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         state[:], total = y, np.zeros(n)
@@ -301,9 +291,8 @@ _RATES = {
 
 def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -> Array:
     """Return what a function of the problem writes: a field, a generator, conditions."""
-    out, work = np.zeros(rows), Block(np.zeros(problem.work))
-    f(Block(problem.params), np.float64(t), Block(y), Block(out), work)
-    return out
+    (out,) = FIELD.run(f, **given_at(problem, y, t=np.float64(t), out=rows))
+    return np.asarray(out)
 
 
 def at_state(problem: Problem, y: Any, t: Any) -> tuple[Array, np.float64]:

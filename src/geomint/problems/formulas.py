@@ -5,31 +5,34 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import Array
 from ..errors import FormError, raised
-from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import Signature
+from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block
 from ..kernels.numbers.traced import ANYTHING, Algebra, Traced, symbol
+from .bound import given_at
 from .problem import Problem
 
 
-def is_formula(problem: Problem, f: Recorded, signature: Signature, rows: dict[str, int]) -> bool:
+def is_formula(problem: Problem, f: Bound) -> bool:
     """Tell whether a function reads the same rows at every state and time.
 
     In compiled code, which checks no row, it may then be called far off the motion. Branches on
     numbers, ``int`` of them, and whatever symbols cannot do, say no.
     """
-    sizes = {**rows, "work": problem.work}
-    given: dict[str, Any] = {k: Block(np.full(n, ANYTHING)) for k, n in sizes.items()}
-    given["params"] = Block(problem.params)
+    given: dict[str, Any] = {**dict(f.rows), "params": problem.params, "work": problem.work}
     parts = 1 if problem.splitting is None else problem.splitting.parts
     try:
         for k in range(parts):
-            given["k"] = k
-            f(*(given.get(name, ANYTHING) for name, _ in signature.arguments))
+            f.signature.run(f.recorded, _of_anything, **given, k=k, t=ANYTHING, h=ANYTHING)
     except Exception:  # whatever the source makes of symbols
         return False
     return True
+
+
+def _of_anything(numbers: Array) -> Block:
+    return Block(np.full(len(numbers), ANYTHING))
 
 
 def traced_field(problem: Problem, algebra: Algebra, time: Any, state: Sequence[Any]) -> list[Any]:
@@ -42,11 +45,11 @@ def traced_field(problem: Problem, algebra: Algebra, time: Any, state: Sequence[
     """
     if problem.field is None:
         raise FormError("the problem has no field")
-    y = Block(np.array([Traced(symbol, algebra) for symbol in state], dtype=object))
-    out, work = (Block(np.empty(rows, dtype=object)) for rows in (len(y), problem.work))
+    y = np.array([Traced(symbol, algebra) for symbol in state], dtype=object)
+    given = given_at(problem, y, t=Traced(time, algebra))
     try:
-        problem.field(Block(problem.params), Traced(time, algebra), y, out, work)
+        (out,) = FIELD.run(problem.field, lambda x: Block(x.astype(object)), **given)
     except Exception as error:  # whatever the source makes of such numbers
         what = f"its field is no formula: {raised(error)}"
         raise FormError(what) from error
-    return [symbol(rate) for rate in out.data]
+    return [symbol(rate) for rate in out]

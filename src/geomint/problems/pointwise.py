@@ -12,9 +12,8 @@ from ..arguments import MOST_NUMBERS, Array, as_array, switch, whole
 from ..errors import DomainError
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD
+from ..kernels.compiling.signatures import MAP
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.numbers.watched import Fresh, Given
 from ..kernels.solve.sample import sampler
 from .watched_call import watched_call
 
@@ -66,7 +65,7 @@ def pointwise(
     if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
     sweep = sampler().call(
-        values=(Bound(function, FIELD),),
+        values=(Bound(function, MAP),),
         functions=1,
         params=block,
         times=Block(np.zeros(min(count, BATCH))),
@@ -88,12 +87,6 @@ def _check(function: Recorded, params: Array, x: Array, rows: int, work: int) ->
     key = (function.fingerprint, len(params), len(x), rows, work)
     if key in _fitting:
         return
-    arguments = {
-        "params": Given("params", params),
-        "t": np.float64(0.0),
-        "x": Given("x", x),
-        "out": Fresh("out", rows),
-        "work": Fresh("work", work),
-    }
-    watched_call(None, function.function.__name__, function, arguments)
+    given = {"params": params, "t": np.float64(0.0), "x": x, "out": rows, "work": work}
+    watched_call(None, function.function.__name__, function, MAP, given)
     _fitting.add(key)

@@ -10,7 +10,6 @@ an embedded manifold (``hamiltonian``), a sum of parts with known flows (``split
 import copy
 import dataclasses
 import functools
-import inspect
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -30,6 +29,7 @@ from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
 from .two_form import SymplecticForm
 from .units import unit_among
+from .watched_call import can_take
 
 Time = Literal["t", "tau"]
 
@@ -176,7 +176,7 @@ class Problem(Shown, Sendable):
             f, count = getattr(self, name), counts.get(name)
             if not (f is None or callable(f)):
                 raise DomainError(name, f, "a function or None")
-            if f is not None and count is not None and not _takes(f, count):
+            if f is not None and count is not None and not can_take(f, count):
                 said = "one argument" if count == 1 else "two arguments"
                 raise DomainError(name, f, f"a function of {said}")
         seen = set()
@@ -256,12 +256,12 @@ class Problem(Shown, Sendable):
         }
         return f"problem {self.name!r}", {name: fact for name, fact in facts.items() if fact}
 
-    @property
+    @functools.cached_property
     def forms(self) -> tuple[str, ...]:
         """The forms that the problem offers."""
         return tuple(form for form in FORMS if getattr(self, form) is not None)
 
-    @property
+    @functools.cached_property
     def slices(self) -> dict[str, slice]:
         """Where each piece lies in the flat state."""
         return piece_slices(self.pieces)
@@ -368,17 +368,6 @@ def _lines(equations: Any) -> tuple[str, ...]:
     for line in equations:
         _check_text("equations", line)
     return tuple(equations)
-
-
-def _takes(f: Callable[..., Any], count: int) -> bool:
-    """Tell whether a function can be called with that many arguments, as far as it says."""
-    try:
-        inspect.signature(f).bind(*[None] * count)
-    except TypeError:
-        return False
-    except ValueError:  # one that does not say
-        return True
-    return True
 
 
 def _generator(rng: Any) -> np.random.Generator:

@@ -4,8 +4,8 @@ So is physical time integrated beside τ. One number more is one row more, after
 field its rate is the last component, for a group that acts on the state translations move it.
 """
 
-import dataclasses
 import functools
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arguments import Array, as_vector, check_name
 from ..errors import DomainError, FormError
-from ..kernels.compiling.recorded import Recorded, observable
+from ..kernels.compiling.recorded import Recorded, named_as, observable
 from ..kernels.numbers.blocks import fixed_rows, part
 from .forms import Group, GroupAction
 from .groups import translations
@@ -40,10 +40,12 @@ def group_beside(group: Group, rows: int) -> Group:
     return replace(group, rows=rows) * translations(1)
 
 
-def named_as(function: Any, f: Recorded) -> Recorded:
-    """Return a function recorded under the name of another one."""
-    function.__name__ = function.__qualname__ = f.function.__name__
-    return Recorded(function)
+def quantities(problem: Problem, of: Callable[[Recorded], Recorded]) -> dict[str, Any]:
+    """Return a problem's invariants, constraints and observables, each made of the own one."""
+    return {
+        group: {name: of(f) for name, f in getattr(problem, group).items()}
+        for group in ("invariants", "constraints", "observables")
+    }
 
 
 def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
@@ -98,7 +100,9 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
     def admit(y: Array) -> Array:
         return np.concatenate([problem.canonical(y[:rows]), y[rows:]])
 
-    return dataclasses.replace(
+    known = quantities(problem, restricted)
+    known["observables"][name] = observable(value)
+    return replace(
         problem,
         space=None,
         pieces=(*problem.pieces, (name, 1)),
@@ -107,12 +111,7 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
         hamiltonian=None,
         splitting=None,
         clock=None if problem.clock is None else restricted(problem.clock),
-        invariants={key: restricted(f) for key, f in problem.invariants.items()},
-        constraints={key: restricted(f) for key, f in problem.constraints.items()},
-        observables={
-            **{key: restricted(f) for key, f in problem.observables.items()},
-            name: observable(value),
-        },
+        **known,
         measure=None,
         symplectic_form=None,
         make_state=make_state,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError
-from ..kernels.compiling.code import reads
+from ..kernels.compiling.signatures import FIELD, FLOW, GRADIENTS
 from .evaluate import Rate, derivative
 from .problem import Problem
 from .spaces.repair import length
@@ -197,14 +197,14 @@ def jacobian(problem: Problem, y0: Array, start: float, rate_at: Rate) -> Array:
 
 def names_time(problem: Problem) -> bool:
     """Tell whether the code of a form names time at all: most do not, and pay for nothing more."""
-    places = [(problem.field, 1)]
+    known = [(problem.field, FIELD)]
     if problem.action is not None:
-        places.append((problem.action.generator, 1))
+        known.append((problem.action.generator, FIELD))
     if problem.hamiltonian is not None:
-        places.append((problem.hamiltonian.gradients, 1))
+        known.append((problem.hamiltonian.gradients, GRADIENTS))
     if problem.splitting is not None:
-        places.append((problem.splitting.flow, 2))
-    return any(f is not None and reads(f.function.__code__, place) for f, place in places)
+        known.append((problem.splitting.flow, FLOW))
+    return any(f is not None and signature.reads(f, "t") for f, signature in known)
 
 
 @np.errstate(all="ignore")

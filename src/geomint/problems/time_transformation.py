@@ -21,22 +21,21 @@ which the coordinates are quotients of theta functions. Two square roots of squa
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError, FormError, nearest
-from ..kernels.compiling.code import reads
-from ..kernels.compiling.recorded import Recorded, helper, observable
+from ..kernels.compiling.recorded import Recorded, helper, named_as, observable
+from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.arithmetic import like, sqrt
 from ..kernels.numbers.blocks import part
 from ..kernels.numbers.exponential import log
 from .evaluate import derivative, value
 from .forms import GroupAction, Measure
 from .problem import Problem
-from .quadrature import named_as
+from .quadrature import quantities
 from .spaces.repair import length
 from .time_scale import PARTS, characteristic_time, names_time
 
@@ -152,9 +151,6 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
     old = problem.clock
     joint = rate if problem.time == "t" else old and _product(of_own(old), rate)
 
-    def named(quantities: Mapping[str, Recorded]) -> dict[str, Recorded]:
-        return {name: of_own(f) for name, f in quantities.items()}
-
     name = clock if isinstance(clock, str) else rate.function.__name__
     result = dataclasses.replace(
         problem,
@@ -174,9 +170,7 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
             *problem.equations,
             f"d{'t' if problem.time == 't' else 'τ′'} = σ dτ,  σ: {name}",
         ),
-        invariants=named(problem.invariants),
-        constraints=named(problem.constraints),
-        observables=named(problem.observables),
+        **quantities(problem, of_own),
     )
     if state is not None:
         there = value(result, rate, state)
@@ -210,7 +204,7 @@ def _rate_of(problem: Problem, clock: Any, state: Array | None) -> tuple[Recorde
 def _check_autonomous(problem: Problem, state: Array | None) -> None:
     """Raise `FormError` if what names its time depends on it: at another time its bits are others."""
     functions = (*problem.diagnostics.values(), *((problem.clock,) if problem.clock else ()))
-    naming = [f for f in functions if reads(f.function.__code__, 1)]
+    naming = [f for f in functions if VALUE.reads(f, "t")]
     if not naming and not names_time(problem):
         return
     y = problem.random_state(0) if state is None and problem.make_random is not None else state
@@ -240,7 +234,7 @@ def _speed(field: Recorded, sizes: tuple[int, ...], own: int) -> Recorded:
 @functools.cache
 def _of_own(own: int | None, f: Recorded) -> Recorded:
     """Return an observable that gets only the parameters it knows, and no time of another clock."""
-    if own is None and not reads(f.function.__code__, 1):
+    if own is None and not VALUE.reads(f, "t"):
         return f
 
     def observed(params, t, y, work):

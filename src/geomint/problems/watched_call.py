@@ -1,38 +1,39 @@
 """One call of a function, in plain Python, on blocks that watch what it does to them."""
 
 import inspect
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import Signature
 from ..kernels.numbers.tangent import PARTIALS
 from ..kernels.numbers.watched import AccessError, Fresh, Given
 from .habits import habit_of
 
 
 def watched_call(
-    problem: str | None, role: str, f: Recorded, arguments: dict[str, Any], number: bool = False
-) -> bool:
+    problem: str | None, role: str, f: Recorded, signature: Signature, values: Mapping[str, Any]
+) -> dict[str, Any]:
     """Call a function, and raise `DeclarationError` for what its kind may not do.
 
     Parameters
     ----------
     problem, role : str
         What the error names: the problem, and what the function is to it.
-    arguments : dict of str to number or block
-        By the names of the kind. All rows of every `Fresh` block but ``work`` must be written.
-    number : bool
-        Whether the function returns a number.
+    values : dict
+        Of `Signature.laid_out`. All rows of what is written must be.
 
     Returns
     -------
-    bool
-        Whether it came to its end. One that divides by zero, or leaves its domain, is not judged by
-        what it had not done until then: the run will report it.
+    dict
+        The arguments, after the call. A function that divides by zero, or leaves its domain, is not
+        judged by what it had not done until then: the run will report it.
     """
-    if not _takes(f, len(arguments)):
+    arguments = signature.laid_out(values, Given, Fresh)
+    if not can_take(f.function, len(arguments)):
         wanted = ", ".join(arguments)
         what = f"takes {inspect.signature(f.function)}, where ({wanted}) is wanted {_place(f)}"
         raise DeclarationError(problem, role, what)
@@ -46,14 +47,14 @@ def watched_call(
         what = f"{error} {_place(f, error)}"
         raise DeclarationError(problem, role, what, error.name, error.index, error.size) from None
     except (ArithmeticError, ValueError):
-        return False
+        return arguments
     except (TypeError, NameError, AttributeError, LookupError, RecursionError) as error:
         said = _one_line(error)
         if said.startswith("No geomint attribute"):
             said += f", but {', '.join(f'gi.{function.__name__}' for function in PARTIALS)}"
         what = f"raises {type(error).__name__}: {said} {_place(f, error)}"
         raise DeclarationError(problem, role, what) from error
-    if number:
+    if signature.result:
         real = isinstance(result, int | float | np.number | np.bool_)
         if not real or isinstance(result, np.complexfloating):
             what = f"returns {result!r}, where a number is wanted {_place(f)}"
@@ -65,7 +66,7 @@ def watched_call(
                 f"never writes row {row} of {name}, which has {block.count}{returned} {_place(f)}"
             )
             raise DeclarationError(problem, role, what, name, row, block.size)
-    return True
+    return arguments
 
 
 def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
@@ -86,13 +87,15 @@ def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
         raise DeclarationError(problem, f.function.__name__, what) from error
 
 
-def _takes(f: Recorded, count: int) -> bool:
-    """Tell whether a function can be called with so many arguments."""
-    code, defaults = f.function.__code__, f.function.__defaults__ or ()
-    if code.co_kwonlyargcount > len(getattr(f.function, "__kwdefaults__", None) or {}):
+def can_take(f: Callable[..., Any], count: int) -> bool:
+    """Tell whether a function can be called with that many arguments, as far as it says."""
+    try:
+        inspect.signature(f).bind(*[None] * count)
+    except TypeError:
         return False
-    most = np.inf if code.co_flags & inspect.CO_VARARGS else code.co_argcount
-    return bool(code.co_argcount - len(defaults) <= count <= most)
+    except ValueError:  # one that does not say
+        return True
+    return True
 
 
 def _place(f: Recorded, error: BaseException | None = None) -> str:

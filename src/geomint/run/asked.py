@@ -27,10 +27,10 @@ def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:
 def check_switches(**given: Any) -> None:
     """Raise `DomainError` for what says neither yes nor no; None is for what is `OPTIONAL` alone."""
     for name, value in given.items():
-        if name not in OPTIONAL:
-            switch(name, value)
-        elif value is not None:
-            switch(name, value, "True, False or None")
+        if value is None and name in OPTIONAL:
+            continue
+        if value is not True and value is not False:
+            switch(name, value, "True, False or None" if name in OPTIONAL else "True or False")
 
 
 def wants_clock(

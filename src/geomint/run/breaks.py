@@ -69,7 +69,7 @@ def divided(
     inside = [b for b in breaks if sign * begin < sign * b < sign * end]
     if not inside:
         return (timeline,)
-    lengths, starts = integrator.stepper.fixed_step.fractions.data.reshape(2, -1)
+    lengths, starts = integrator.stepper.flow.fractions.data.reshape(2, -1)
     if starts.min() < -1e-12 or (starts + lengths).max() > 1.0 + 1e-12:
         raise MethodError(
             f"method {integrator.method.name!r} goes beyond its steps on the way, and so beyond "

@@ -11,6 +11,7 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.fixed_point import SMALLEST
 from ..kernels.solve.status import NOT_CONVERGED, OK
+from ..methods.flow import Flow
 from ..methods.stepper import NO_SLOPES, Advance, Stepper
 from ..methods.tangent import AT_ONCE, tangent_type
 
@@ -37,12 +38,12 @@ class CarriedDirections:
         self._stepper, self._shape = stepper, directions.shape
         self._units = _units(stepper.memory.data[: stepper.rows], directions)
         if moved is not None:
-            self._units = np.maximum(self._units, _units(stepper.params.data, moved))
+            self._units = np.maximum(self._units, _units(stepper.flow.params.data, moved))
             moved = np.ldexp(moved, -self._units)
         self._groups = []
         for first in range(0, directions.shape[1], AT_ONCE):
             some = slice(first, first + AT_ONCE)
-            self._groups.append(_Group(stepper, None if moved is None else moved[:, some]))
+            self._groups.append(_Group(stepper.flow, None if moved is None else moved[:, some]))
         self.begin(stepper.memory.data[: 2 * stepper.rows], directions)
 
     def begin(self, memory: Array, directions: Array | None = None) -> None:
@@ -110,11 +111,10 @@ class CarriedDirections:
         """Take a few steps with all groups, after which all are where the first is."""
         begun = self.memories
         for group in self._groups:
-            kernel = group.kernel
             done = group.take(t, h, first, count)
-            if done.status == NOT_CONVERGED and self._stepper.turn(kernel):
+            if done.status == NOT_CONVERGED and self._stepper.turn(group.flow):
                 for other in self._groups:
-                    other.take_of(self._stepper)
+                    other.take_of(self._stepper.flow)
                 self.restore(begun)
                 self._some(t, h, first, count, before)
                 return
@@ -151,29 +151,29 @@ class CarriedDirections:
 class _Group:
     """At most eight directions, and the call that takes steps with them."""
 
-    def __init__(self, stepper: Stepper, moved: Array | None) -> None:
-        kind = tangent_type(stepper, AT_ONCE, moved is not None)
+    def __init__(self, flow: Flow, moved: Array | None) -> None:
+        kind = tangent_type(flow, AT_ONCE, moved is not None)
         self._held = kind.memory.held
-        params = stepper.params
+        params = flow.params
         if moved is not None:
-            params = self._block(len(params))
-            rows = params.data.reshape(len(params), -1)
-            rows[:, 0], rows[:, 1 : 1 + moved.shape[1]] = stepper.params.data, moved
-        memory = self._block(len(stepper.memory))
-        self.memory = memory.data.reshape(len(stepper.memory), -1)  # a value and slopes a row
+            params = self._block(len(flow.params))
+            rows = params.data.reshape(len(flow.params), -1)
+            rows[:, 0], rows[:, 1 : 1 + moved.shape[1]] = flow.params.data, moved
+        memory = self._block(flow.memory)
+        self.memory = memory.data.reshape(flow.memory, -1)  # a value and slopes a row
         self._kind, self._params, self._memory = kind, params, memory
-        self.take_of(stepper)
+        self.take_of(flow)
 
-    def take_of(self, stepper: Stepper) -> None:
-        """Let steps be those of the stepper's kernel, as it is now."""
-        self.kernel = stepper.kernel
-        self._call = bound_stepper(stepper.kernel, stepper.functions).call(
+    def take_of(self, flow: Flow) -> None:
+        """Let steps be those of a flow."""
+        self.flow = flow
+        self._call = bound_stepper(flow.kernel, flow.functions).call(
             number_type=self._kind,
-            functions=stepper.functions,
-            coefficients=stepper.coefficients,
-            fractions=stepper.fractions,
-            work=self._block(len(stepper.work)),
-            rows=stepper.rows,
+            functions=flow.functions,
+            coefficients=flow.coefficients,
+            fractions=flow.fractions,
+            work=self._block(flow.work),
+            rows=flow.rows,
             params=self._params,
             memory=self._memory,
             out=self._block(0),

@@ -8,15 +8,14 @@ import numpy as np
 
 from ..arguments import Array, Booleans
 from ..errors import EventError, StepError
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
-from ..kernels.numbers.blocks import Block, part, scalar_block
+from ..kernels.numbers.blocks import Block, filled_block, part, scalar_block
 from ..kernels.solve.events import EVENTS, MOST_IN_STEP, NODES, NOTE, SCRATCH
 from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, NOT_CONVERGED, OK
 from ..methods.partial import Nodes, driven, inside_of, own_blocks
-from ..methods.stepper import Advance, Stepper, filled_block
-from ..problems.problem import Problem
+from ..methods.stepper import Advance, Stepper
+from ..problems.bound import bound
 from .events import Event, component_at, looked_at
 from .met import Met
 from .restart import Restart
@@ -61,12 +60,12 @@ class Crossings:
 
     def __init__(
         self,
-        problem: Problem,
         stepper: Stepper,
         events: Mapping[str, Event],
         before: Restart | None = None,
     ) -> None:
-        self._problem, self._stepper, self._events = problem, stepper.fixed_step, dict(events)
+        self._problem, self._events = stepper.flow.problem, dict(events)
+        self._stepper = stepper.fixed_step
         self._after = None if before is None else before.seen
         self._told = {} if before is None else before.told
         self._found: dict[str, list[Array]] = {name: [] for name in events}
@@ -90,12 +89,12 @@ class Crossings:
     @property
     def use_memories(self) -> bool:
         """Whether what the method remembers of each step is of use."""
-        return self._stepper.between is not None
+        return self._stepper.flow.between is not None
 
     @property
     def entries(self) -> int:
         """How many functions `prepare` asks for."""
-        return len(self._events) * (2 + self._stepper.entries)
+        return len(self._events) * (2 + self._stepper.flow.entries)
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
@@ -104,18 +103,16 @@ class Crossings:
 
     def _make(self, signs: Mapping[str, Block]) -> None:
         """Make the calls, with the signs that events have had last."""
-        s, problem = self._stepper, self._problem
-        self._kernel = s.kernel
-        common = driven(s)
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (s.rows + 2)))
+        self._flow, problem = self._stepper.flow, self._problem
+        flow, common = self._flow, driven(self._flow)
+        room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (flow.rows + 2)))
         for name, event in self._events.items():
             row = event.row(problem)
             function = looked_at(event, problem) if row < 0 else component_at(0)  # never called
             self._calls[name] = EVENTS.call(
-                s.compiled,
-                **{**common, **own_blocks(s), **inside_of(s)},
-                event=bind(function, VALUE, **sizes),
+                flow.compiled,
+                **{**common, **own_blocks(flow), **inside_of(flow)},
+                event=bound(problem, function, VALUE),
                 component=row,
                 level=event.level,
                 y=scalar_block(problem.rows),
@@ -125,7 +122,7 @@ class Crossings:
                 scratch=scalar_block(SCRATCH),
                 note=scalar_block(NOTE),
                 room=room,
-                out=scalar_block(room * (s.rows + 2)),
+                out=scalar_block(room * (flow.rows + 2)),
             )
 
     def take(self, nodes: Nodes, memories: Array | None = None) -> Stop | None:
@@ -215,7 +212,7 @@ class Crossings:
             if status != OK or node >= len(known.times) - 1:
                 break
             first = node
-        if status == NOT_CONVERGED and self._stepper.turn(self._kernel):
+        if status == NOT_CONVERGED and self._stepper.turn(self._flow):
             call.given("signs").data[:] = signs
             self._make({name: other.given("signs") for name, other in self._calls.items()})
             return self._look(name, known, begin)
@@ -266,7 +263,7 @@ class Crossings:
         step = int(known.steps[node])
         if status in _FAILED:
             return EventError(name, t, step, float(residual), _FAILED[status])
-        failed = self._stepper.restarted(known.states[node], known.times[node], note[3] * span)
+        failed = self._stepper.like(known.states[node], known.times[node], note[3] * span)
         return failed.error(Advance(status, 0, int(note[1]), residual), 0, step)
 
     def _end(self, name: str, found: Array, nodes: Nodes) -> Stop | None:

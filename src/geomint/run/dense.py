@@ -8,9 +8,8 @@ import numpy as np
 from ..arguments import MOST_NUMBERS, Array, as_array
 from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
-from ..methods import Method, Start
+from ..methods import Method
 from ..methods.partial import Nodes, PartialSteps
-from ..methods.started import started
 from ..problems.problem import Problem
 from .timeline import met_by_rounding
 
@@ -112,8 +111,8 @@ class DenseOutput(Output):
         self._made = problem, method, kept
         self._sign = np.sign(kept.step)
         y0, t0 = kept.states[0][: problem.rows], float(kept.times[0])
-        start = Start(problem, y0, t0, kept.step, self.clock, kept.compiled)
-        self._partial = PartialSteps(problem, started(method, start))
+        flow = method.on(problem, y0, t0, self.clock, kept.compiled)
+        self._partial = PartialSteps(flow.begin(y0, t0, kept.step))
 
     def __reduce__(self) -> Any:
         return DenseOutput, self._made

@@ -53,19 +53,23 @@ def drive(
         elapsed = running_clock() - begun
         account.seconds += elapsed
         done = integrator.done
-        indices = np.arange(first - first % stride + stride, done + 1, stride)
-        if stepper.finished and done % stride:  # an end that steps are made to fit
-            indices = np.append(indices, done)
-        begun = running_clock()
-        handed = out.data[: len(indices) * width].reshape(-1, width)
-        states = np.ascontiguousarray(handed[:, :rows])
-        end = recorder.consume(indices, states, handed if whole else None)
-        account.watching_seconds += running_clock() - begun
+        end, ready = None, done // stride - first // stride
+        over = stepper.finished and done % stride > 0  # at an end that steps are made to fit
+        if ready or over:
+            begun = running_clock()
+            indices = np.arange(first - first % stride + stride, done + 1, stride)
+            indices = np.append(indices, done) if over else indices
+            handed = out.data[: len(indices) * width].reshape(-1, width)
+            states = np.ascontiguousarray(handed[:, :rows])
+            end = recorder.consume(indices, states, handed if whole else None)
+            account.watching_seconds += running_clock() - begun
         if end is not None:
             integrator.bookmark = stepper.before
             integrator.take(end - first, stride, out, whole)
-        elif asked.status != OK:
-            raise integrator.failure(asked, good)
+        else:
+            recorder.pass_by()
+            if asked.status != OK:
+                raise integrator.failure(asked, good)
         ended = between()
         if ended or end is not None or stepper.finished:
             return ended and end is None and not (stepper.finished and left() == 0.0)

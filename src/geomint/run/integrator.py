@@ -12,12 +12,9 @@ from ..arguments import Array, as_vector, finite, piece_rows, positive, switch, 
 from ..errors import DomainError, MethodError, StepError, StepWarning, tell
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
-from ..methods import Method, Start, find_method, find_solver
-from ..methods.agreement import check_agreement
+from ..methods import Method, find_method, find_solver
 from ..methods.partial import rounding
-from ..methods.started import keep_started, started
-from ..methods.stepper import NOTHING, Advance
-from ..problems.declaration import check_problem
+from ..methods.stepper import NOTHING, Advance, Stepper
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .carried_directions import PIECE, CarriedDirections, columns
@@ -27,6 +24,7 @@ from .timeline import MOST_STEPS, Timeline, check_advance, within
 from .watched_steps import PIECE as RANKED, WatchedSteps
 
 BATCH = 1 << 16  # steps between which Ctrl-C is seen
+_COUNTED = ("steps", "iterations", "_default")
 SHORTEST = 2.0**-9  # of a default step: one that fails is halved, but not below
 
 
@@ -83,10 +81,9 @@ class Integrator:
         "_default",
         "_done",
         "_first",
-        "_method",
         "_nothing",
         "_ranks",
-        "_start",
+        "_size",
         "_watched",
         "iterations",
         "stepper",
@@ -110,15 +107,13 @@ class Integrator:
         chosen, start = find_method(find_solver(method, problem)), finite("time", time)
         y = problem.canonical(state)
         clock, compiled = switch("clock", clock), switch("compiled", compiled)
-        chosen.check_fits(problem, clock)
-        check_problem(problem, y, chosen.needs, clock)
-        known = step is not None
+        flow, known = chosen.on(problem, y, start, clock, compiled), step is not None
         if known:
             h = positive("step", step)
         else:
             rate_at = rates_of(problem, y, compiled)
             h = chosen.default_step(problem, y, math.inf, start, rate_at)
-        self._begin(chosen, Start(problem, y, start, h, clock, compiled))
+        self._begin(flow.begin(y, start, h))
         self.prepare()
         self._default = not (known or chosen.adaptive)
         if self._default:
@@ -128,40 +123,34 @@ class Integrator:
         self._first = y, start, None if tangents is None else self.tangents
 
     @classmethod
-    def of(
-        cls, method: Method, start: Start, t0: float = 0.0, restart: Restart | None = None
-    ) -> Integrator:
+    def of(cls, stepper: Stepper, t0: float = 0.0, restart: Restart | None = None) -> Integrator:
         """Return the integrator of a run that has been checked; it compiles when it is prepared.
 
         `t0` is where physical time begins, if it is integrated.
         """
         made = cls.__new__(cls)
-        made._begin(method, start)
+        made._begin(stepper)
         made._set_clock(float(t0))
-        made._first = start.y0, start.t0, None
+        made._first = made.state, stepper.t0, None
         if restart is not None:
             made._restore(restart)
-        if method.adaptive:  # whose limit of steps is that of a run
+        if made.method.adaptive:  # whose limit of steps is that of a run
             made._done = 0
         return made
 
     _watched: WatchedSteps | None  # where nobody has given the step
 
-    def _begin(self, method: Method, start: Start) -> None:
-        self._method, self._start, self._done = method, start, 0
+    def _begin(self, stepper: Stepper) -> None:
+        self.stepper, self._size, self._done = stepper, abs(stepper.h), 0
         self.steps, self.iterations = 0, 0
         self._carried: CarriedDirections | None = None
-        self.stepper = started(method, start)
         self._nothing: Block | None = None
         self._ranks = NOTHING
         self._watched, self._default = None, False
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what steps need, and see that it is right."""
-        if not self.stepper.prepared:
-            self.stepper.prepare()
-            check_agreement(self.problem.name, self.stepper)
-            keep_started(self.method, self._start, self.stepper)
+        self.stepper.prepare()
 
     # --- what it is -------------------------------------------------------------------------------
 
@@ -174,12 +163,12 @@ class Integrator:
     @property
     def problem(self) -> Problem:
         """What is integrated, with the parameters as they are now."""
-        return self._start.problem
+        return self.stepper.flow.problem
 
     @property
     def method(self) -> Method:
         """The method."""
-        return self._method
+        return self.stepper.flow.method
 
     @property
     def done(self) -> int:
@@ -200,7 +189,7 @@ class Integrator:
         """Physical time."""
         if self.problem.time == "t":
             return self.time
-        if not self._start.clock:
+        if not self.stepper.flow.clock:
             raise DomainError("clock", False, "True: physical time is not integrated")
         return float(self.stepper.state[-1])
 
@@ -237,7 +226,7 @@ class Integrator:
         rows = self.problem.rows
         if self.method.adaptive:
             raise MethodError(f"method {self.method.name!r} takes no steps of a given length")
-        if not self.stepper.compiled:
+        if not self.stepper.flow.compiled:
             raise DomainError("compiled", False, "True: directions are carried by compiled code")
         if isinstance(tangents, int | np.integer) and not isinstance(tangents, bool):
             tangents = np.eye(rows)[:, : whole("tangents", tangents, 1, rows)]
@@ -257,21 +246,23 @@ class Integrator:
         given = as_vector("params", params, len(self.problem.params))
         # What plain Python knows of the parameters by itself does not know these.
         problem = replace(self.problem, params=given, parameters={}, make_exact=None, physical=None)
-        state, clock = problem.canonical(self.state), self._start.clock
-        check_problem(problem, state, self.method.needs, clock)
-        start = self._start._replace(problem=problem, y0=state, t0=self.time, h=self.h)
-        made = Integrator.of(self.method, start, self.t if clock else 0.0)
-        made.prepare()
-        self._start, self.stepper, self._done = start, made.stepper, 0
+        state, time, known = problem.canonical(self.state), self.time, self.stepper.flow
+        flow = self.method.on(problem, state, time, known.clock, known.compiled)
+        stepper = flow.begin(self._with_clock(state), time, self.h)
+        stepper.prepare()
+        self.stepper, self._done, self._size = stepper, 0, abs(stepper.h)
         if self._carried is not None:
             self._carried = CarriedDirections(self.stepper, self._carried.slopes)
 
     def _anew(self, state: Array, time: float, h: float) -> None:
         """Go on from there, and remember nothing but physical time."""
-        clock = self.t if self._start.clock else 0.0
         self._done = 0
-        self.stepper.begin(np.append(state, clock) if self._start.clock else state, time, float(h))
+        self.stepper.begin(self._with_clock(state), time, float(h))
         self._carry_on()
+
+    def _with_clock(self, state: Array) -> Array:
+        """Return a state with physical time as it is, where that is integrated."""
+        return np.append(state, self.t) if self.stepper.flow.clock else state
 
     def _go_on(self, stretch: Timeline) -> None:
         """Begin anew with the state that there is, for another stretch; carries of sums stay."""
@@ -289,7 +280,7 @@ class Integrator:
             self._carried.begin(self.stepper.memory.data[: 2 * self.stepper.rows])
 
     def _set_clock(self, t: float) -> None:
-        if self._start.clock:
+        if self.stepper.flow.clock:
             self.stepper.state[-1] = t
 
     def reset(self, state: Any = None, time: float | None = None) -> None:
@@ -300,7 +291,7 @@ class Integrator:
         y, start, tangents = self._first
         y = y if state is None else self.problem.canonical(state)
         time = start if time is None else finite("time", time)
-        self._anew(y, time, abs(self._start.h))
+        self._anew(y, time, self._size)
         self._set_clock(0.0)
         if tangents is not None:
             self.tangents = tangents
@@ -421,7 +412,7 @@ class Integrator:
 
     def _halve(self, error: StepError) -> None:
         """Go on with half of a default step that has failed; raise where that is of no use."""
-        if not (self._default and abs(self.h) > SHORTEST * abs(self._start.h)):
+        if not (self._default and abs(self.h) > SHORTEST * self._size):
             raise error
         tell(StepWarning(f"{error}; from there steps are half as long", time=self.time))
         self._anew(self.state, self.time, 0.5 * self.h)
@@ -498,7 +489,7 @@ class Integrator:
         """All that the next step depends on."""
         stepper = self.stepper
         memory = stepper.memory.data.copy()
-        return Restart(memory, stepper.t0, stepper.h, self._done, self._start.clock)
+        return Restart(memory, stepper.t0, stepper.h, self._done, stepper.flow.clock)
 
     def _restore(self, restart: Restart) -> None:
         memory = self.stepper.memory.data
@@ -509,19 +500,24 @@ class Integrator:
         self._done = restart.done
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("_start", "_first", "_method", "steps", "iterations", "_default")
-        carried = self._carried
+        kept, carried = ("_size", "_first", *_COUNTED), self._carried
+        flow = self.stepper.flow
         tangents = None if carried is None else (carried.slopes, carried.memories)
-        own = {"restart": self.restart, "tangents": tangents, "watched": self._watched is not None}
+        own = {
+            "restart": self.restart,
+            "tangents": tangents,
+            "watched": self._watched is not None,
+            "on": (flow.method, flow.problem, flow.clock, flow.compiled),
+        }
         return {**{name: getattr(self, name) for name in kept}, **own}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        restart = state["restart"]
-        start = state["_start"]._replace(t0=restart.start, h=restart.h)
-        self._begin(state["_method"], start)
+        restart, (y, _, _) = state["restart"], state["_first"]
+        method, problem, *how = state["on"]
+        flow = method.on(problem, y, restart.start, *how)
+        self._begin(flow.begin(y, restart.start, restart.h))
         self._restore(restart)
-        self._start = state["_start"]
-        for name in ("_first", "steps", "iterations", "_default"):
+        for name in ("_size", "_first", *_COUNTED):
             setattr(self, name, state[name])
         self._watched = WatchedSteps(self) if state["watched"] else None
         if state["tangents"] is not None:

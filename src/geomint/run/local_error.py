@@ -19,13 +19,13 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import StepWarning, tell
-from ..kernels.numbers.blocks import scalar_block
+from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.ranks import MARKS, SATURATED, ranks_layout
-from ..kernels.solve.status import OK
+from ..kernels.solve.trial import STRETCHES
 from ..methods.method import Method
-from ..methods.partial import rounding
-from ..methods.stepper import NOTHING
+from ..methods.partial import beside, rounding
+from ..problems.deviation import sizes_of
 
 if TYPE_CHECKING:
     from .integrator import Integrator
@@ -108,21 +108,18 @@ class Ranked:
         self._known: dict[int, tuple[float, float, int]] = {}  # of records before it: see `_place`
         self._short: list[tuple[Array, float, float, int]] = []  # stretches without ranks
         self.second: Second | None = None
-        self.compiled = stepper.compiled
+        self.compiled = stepper.flow.compiled
         self.end, self.final = integrator.time, stepper.state  # with the clock, where there is one
-        self.window = 2 if stepper.ranked else min(integrator.method.order + 1, LONGEST)
-        self.power = 2.0 if stepper.ranked else 1.0
+        self.window = 2 if stepper.flow.ranked else min(integrator.method.order + 1, LONGEST)
+        self.power = 2.0 if stepper.flow.ranked else 1.0
         template, self._places = _template(self.window, self.power, stepper.rows)
         integrator._ranks = self.block = scalar_block(len(template))
         numbers, ring = self.block.data, self._places["ring"].start
         numbers[:] = template
         numbers[ring : ring + stepper.rows] = stepper.state
-        sizes, inverse = list(map(abs, state.tolist())), list[float]()
-        whole, first = max(sizes) or 1.0, self._places["inverse"].start
-        for piece in integrator.problem.slices.values():
-            size = max(sizes[piece]) or whole
-            inverse += (piece.stop - piece.start) * [1.0 / size]
-        numbers[first : first + len(inverse)] = inverse
+        first = self._places["inverse"].start
+        with np.errstate(over="ignore"):  # of the smallest numbers
+            numbers[first : first + len(state)] = 1.0 / sizes_of(integrator.problem, state)
 
     def part(self, name: str) -> Array:
         """Return what is known, a view."""
@@ -215,8 +212,8 @@ class Ranked:
     def _on_the_way(self, y: Array, t: float, h: float, steps: int) -> float:
         """Return what the worst of so many steps errs by: at the end of all it may be less again."""
         count, h = steps // COARSE, math.copysign(h, self._integrator.h)
-        states = self._states(y, t, count * [h], count * [COARSE]) or []
-        ends = enumerate(states[:-1], 1)
+        found = self._stretches(y, t, count * [h], count * [COARSE])
+        ends = enumerate([] if found is None else found[0][:-1], 1)
         return max(
             (self._errors(y, t + COARSE * k * h, h, COARSE)[0] for k, y in ends), default=0.0
         )
@@ -265,37 +262,43 @@ class Ranked:
         rest, few = steps - near, max(near * FINE // COARSE, 1)
         many = max(rest * FINE // COARSE, 1)
         lengths, counts = (FIRST, (near - FIRST) / few, rest / many), (1, few, many if rest else 0)
-        coarse = self._states(y, t, (h, h), (near, rest))
-        fine = self._states(y, t, [h * length for length in lengths], counts)
-        if coarse is None or fine is None:
+        given = [h, h, *(h * length for length in lengths)], [near, rest, *counts]
+        found = self._stretches(y, t, *given, again=2, compared=2)
+        if found is None:
             return math.inf, math.inf
         left = [n * length**power for n, length in zip(counts, lengths, strict=True)]
-        one = self._apart(y, coarse[0], fine[1]) / (1.0 - sum(left[:2]) / near)
-        every = self._apart(y, coarse[1], fine[2]) / (1.0 - sum(left) / steps)
+        one, every = (error if error < math.inf else math.inf for error in found[1].tolist())
+        one, every = one / (1.0 - sum(left[:2]) / near), every / (1.0 - sum(left) / steps)
         return one / math.sqrt(near), every
 
-    def _states(
-        self, y: Array, t: float, lengths: Sequence[float], counts: Sequence[int]
-    ) -> list[Array] | None:
-        """Return the states after so many steps of each length; None where one fails."""
-        single, found = self._integrator.stepper.aside, list[Array]()
-        for length, count in zip(lengths, counts, strict=True):
-            if count:
-                length = math.copysign(length, self._integrator.h)
-                single.begin(y, t, length)
-                if single.advance(0, count, count + 1, NOTHING).status != OK:
-                    return None
-                y, t = single.state[: len(self._start)].copy(), t + count * length
-            found.append(y)
-        return found
+    def _stretches(
+        self,
+        y: Array,
+        t: float,
+        lengths: Sequence[float],
+        counts: Sequence[int],
+        again: int = -1,
+        compared: int = 0,
+    ) -> tuple[Array, Array] | None:
+        """Return the states after stretches of so many steps, and how far some are apart, or None.
 
-    def _apart(self, y: Array, one: Array, other: Array) -> float:
-        """Return how far two states are apart, relative to the largest numbers of pieces there."""
-        largest, error = np.maximum(abs(y), abs(other)), abs(one - other)
-        whole = float(largest.max()) or 1.0
-        pieces = self._integrator.problem.slices.values()
-        worst = max(float(error[p].max() / (largest[p].max() or whole)) for p in pieces)
-        return worst if worst < math.inf else math.inf
+        See `geomint.kernels.solve.trial.stretches`; None where one fails.
+        """
+        n = len(y)
+        out, errors = np.empty(n * len(counts)), np.empty(compared)
+        found = beside(
+            self._integrator.stepper.aside,
+            STRETCHES,
+            t=t,
+            lengths=Block(np.copysign(lengths, self._integrator.h)),
+            counts=Block(np.array(counts, dtype=np.float64)),
+            again=again,
+            y0=Block(y),
+            out=Block(out),
+            sizes=Block(np.empty(n)),
+            errors=Block(errors),
+        )
+        return None if found is None else (out.reshape(-1, n), errors)
 
 
 @functools.cache

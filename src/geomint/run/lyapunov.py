@@ -9,7 +9,6 @@ from ..arguments import Array, whole
 from ..errors import DomainError, StepError, keeping
 from ..methods import Method, find_solver
 from ..methods.carried import Carried, sizes_of_pieces
-from ..methods.method import Start
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
@@ -122,7 +121,7 @@ def lyapunov(
     growing = Growing(stepper, carried, timeline.start, timeline.h, every)
     places: list[tuple[Array, float]] = []
     unknown = 0 < tried < steps
-    with Progress(progress, steps, f"exponents, {stepper.kernel.function.__name__}") as bar:
+    with Progress(progress, steps, f"exponents, {stepper.flow.kernel.function.__name__}") as bar:
         growing.prepare()
         bar.begin()
         try:
@@ -156,7 +155,8 @@ def _integrator(
 ) -> Integrator:
     """Return what takes the steps of a run alone, forwards or backwards."""
     state, line, _ = known
-    made = Integrator.of(method, Start(problem, state, line.start, sign * line.h))
+    flow = method.on(problem, state, line.start)
+    made = Integrator.of(flow.begin(state, line.start, sign * line.h))
     made.prepare()
     return made
 
@@ -166,7 +166,7 @@ def _kept_step(
 ) -> float | None:
     """Return the step that `solve` keeps on the first steps of a run; None for the default one."""
     made = _integrator(problem, known, method, 1.0)
-    made.stepper.otherwise = None
+    made.stepper.turning = False
     if not WatchedSteps(made).through(tried):
         return None
     state, line, _ = known

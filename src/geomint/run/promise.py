@@ -56,8 +56,8 @@ class Setting(NamedTuple):
         Whether steps whose iteration does not converge are taken by Newton's method, and not shorter.
     given : Method or None
         The method where errors grow: its iteration goes on to rounding.
-    state, functions
-        Canonical, and what `check_problem` has returned, where that is known.
+    state
+        Canonical, where that is known.
     accuracy : Accuracy or None
         What is expected, where a tolerance is given.
     iterations : float
@@ -78,7 +78,6 @@ class Setting(NamedTuple):
     turning: bool = False
     given: Method | None = None
     state: Array | None = None
-    functions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
     iterations: float = 0.0
     states: Array | None = None
@@ -101,7 +100,6 @@ class Setting(NamedTuple):
             "step": self.step,
             "turning": self.turning,
             "admitted": self.state,
-            "functions": self.functions,
             "confirmed": self.wanted is not None,
         }
 

@@ -48,7 +48,7 @@ class Recorder:
         observers: Observers | None,
         save_every: int | None,
         observe_every: int,
-        wanted: Wanted,
+        wanted: Wanted | None,
         dense: bool,
         crossings: Crossings | None,
     ) -> None:
@@ -82,7 +82,7 @@ class Recorder:
 
     def _stride(self) -> int:
         """How often the driver must hand out a state."""
-        every = len(self._wanted) or self._nodes is not None or self._crossings is not None
+        every = self._wanted or self._nodes is not None or self._crossings is not None
         if (
             every
             or self._timeline.physical_end is not None
@@ -94,7 +94,7 @@ class Recorder:
         intervals = [self._save_every] if self._save_every else []
         if self._observers is not None:
             intervals.append(self._observe_every)
-        return int(np.gcd.reduce(intervals)) if intervals else max(self._timeline.steps or NEVER, 1)
+        return int(np.gcd.reduce(intervals)) if intervals else NEVER
 
     @property
     def physical_time(self) -> float:
@@ -208,8 +208,11 @@ class Recorder:
             return last
         if self._pace is not None:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
-        self._handed = self._done
         return None
+
+    def pass_by(self) -> None:
+        """Know that all has been taken that was handed out up to where the integrator is."""
+        self._handed = self._done
 
     def catch_up(self) -> None:
         """Take the state that the integrator has reached if it lies beyond the last handed out.
@@ -241,7 +244,8 @@ class Recorder:
 
     def stay(self) -> None:
         """Take the state of a run without steps."""
-        self._wanted.take(self._last_node())
+        if self._wanted:
+            self._wanted.take(self._last_node())
 
     def observe_end(self) -> None:
         """Sample the last state that was reached, if that has not been done on the way."""
@@ -256,6 +260,7 @@ class Recorder:
             self._take_last(stop.time, float(stop.state[-1]) if by_clock else stop.time, stop.state)
 
     def _finish_physical(self, end: float) -> None:
+        assert self._wanted is not None
         found = self._wanted.at(self._last_node(), np.array([end]), True)
         if found.error is not None:
             raise found.error
@@ -297,7 +302,7 @@ class Recorder:
         """Save states at the wanted times up to the end of this chunk."""
         if self._nodes is not None:
             self._nodes.append(Saved(times.copy(), states.copy()))
-        if self._wanted.missed and len(times):
+        if self._wanted and self._wanted.missed and len(times):
             self._wanted.take(self._nodes_to(indices, times, states))
 
     def _nodes_to(self, indices: Integers, times: Array, states: Array) -> Nodes:
@@ -309,9 +314,9 @@ class Recorder:
     ) -> Solution:
         """Return what has been gathered."""
         rows = self._problem.rows
-        missed = self._wanted.missed
-        if missed and status == "success" and not self.stopped:
-            tell_missed(missed, self._wanted.last, self.physical_time)
+        wanted = self._wanted
+        if wanted and wanted.missed and status == "success" and not self.stopped:
+            tell_missed(wanted.missed, wanted.last, self.physical_time)
         steps, iterations = self._integrator.steps, self._integrator.iterations
         span = self._integrator.time - self._timeline.start
         sizes = StepSizes(*self._stepper.lengths(steps, span))
@@ -342,7 +347,7 @@ class Recorder:
             drift=drift,
             steps=steps,
             iterations=iterations,
-            newton=self._stepper.turned or method.options.get("iteration") == "newton",
+            newton=self._stepper.flow.newton,
             evaluations=self._stepper.evaluations_in(steps, iterations),
             rejected=self._stepper.rejected_in(steps, iterations),
             run_seconds=account.seconds,
@@ -362,18 +367,19 @@ class Recorder:
         if self._nodes is None:
             return None
         nodes = Saved.joined(self._nodes, len(self._stepper.state))
-        return Kept(nodes.times, nodes.states, self._timeline.h, self._stepper.compiled)
+        return Kept(nodes.times, nodes.states, self._timeline.h, self._stepper.flow.compiled)
 
     def _kept(self) -> Saved:
         """Return the saved states: those at wanted times, as they were asked for; or with the last."""
-        if not len(self._wanted) and not self._saved:
+        if not self._wanted and not self._saved:
             return self._reached()
         rows = len(self._stepper.state)
-        asked = self._wanted.found(rows)
-        if len(self._wanted) and not self._save_every:
+        asked = self._wanted.found(rows) if self._wanted else Saved.joined([], rows)
+        if self._wanted and not self._save_every:
             return asked
         steps, last = Saved.joined(self._saved, rows), self._before
         if not len(steps.times) or steps.times[-1] != last[0]:
             steps = Saved.joined([steps, self._reached()], rows)
         steps.states[-1] = last[1]  # of an event at a step
-        return merged(steps, asked, float(np.sign(self._timeline.h)), self._wanted.clock)
+        by_clock = self._wanted is not None and self._wanted.clock
+        return merged(steps, asked, float(np.sign(self._timeline.h)), by_clock)

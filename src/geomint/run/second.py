@@ -41,7 +41,7 @@ class Second:
         first = self._stretches[0]
         steps = abs((end - first.start) / (self._longer * first.h))
         alone = threading.active_count() == 1 and cores() > 1
-        if steps > LONG and alone and self._integrator.stepper.compiled:
+        if steps > LONG and alone and self._integrator.stepper.flow.compiled:
             self._end = end
             given = self._new(), end  # before the run may change its stepper
             self._thread = threading.Thread(target=self._run, args=given, daemon=True)
@@ -69,8 +69,8 @@ class Second:
 
     def _new(self) -> Stepper:
         first = self._stretches[0]
-        stepper = self._integrator.stepper.renewed(self._from, first.start, self._longer * first.h)
-        stepper.otherwise = None  # Newton's method is compiled for the run alone
+        stepper = self._integrator.stepper.like(self._from, first.start, self._longer * first.h)
+        stepper.turning = False  # Newton's method is compiled for the run alone
         return stepper
 
     def _run(self, stepper: Stepper, end: float) -> None:

@@ -12,8 +12,9 @@ import numpy as np
 from ..arguments import Array, finite
 from ..errors import DomainError, GeomintError, quoted, raised
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block
+from ..kernels.compiling.signatures import CONSTRAINT
 from ..methods import Method
+from ..problems.bound import given_at
 from ..problems.derivatives import gradient
 from ..problems.deviation import sizes_of
 from ..problems.evaluate import derivative, observable_of, value
@@ -355,11 +356,7 @@ def _numbers(problem: Problem, names: Iterable[str], y: Array, t: float) -> list
         others = dict.fromkeys((name for name in forms if name != form), None)
         found.append(derivative(replace(problem, **others, clock=None), y, t))  # type: ignore[arg-type]
     if problem.hamiltonian is not None:
-        n, m = problem.rows // 2, problem.hamiltonian.constraints
-        g, slopes = Block(np.zeros(m)), Block(np.zeros(m * n))
-        work = Block(np.zeros(problem.work))
-        problem.hamiltonian.constraint(Block(problem.params), Block(y[:n]), g, slopes, work)
-        found += [g.data, slopes.data]
+        found += CONSTRAINT.run(problem.hamiltonian.constraint, **given_at(problem, y))
     return found + [np.array([value(problem, name, y, t)]) for name in names]
 
 

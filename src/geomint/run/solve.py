@@ -10,15 +10,15 @@ from typing import Any
 from ..arguments import Array, finite, positive
 from ..errors import DomainError, StepError, StepLimitError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
-from ..methods import Exact, Method, Start, find_solver
+from ..methods import Exact, Method, find_solver
 from ..methods.adaptive import Adaptive
 from ..methods.partial import PartialSteps
-from ..problems.declaration import check_problem
+from ..problems.declaration import check_problem, check_watched
 from ..problems.declared import tell_false_claims
 from ..problems.problem import Problem
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
-from ..watch.watcher import Run
+from ..watch.watcher import Run, Watcher
 from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
@@ -29,7 +29,7 @@ from .calls import explained, still
 from .crossings import Crossings
 from .driver import drive
 from .error_estimate import check_estimate, error_estimate, label
-from .events import choose_events, looked_at
+from .events import Event, choose_events, looked_at
 from .exact.follow import ExactRun, check_no_steps
 from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
@@ -262,7 +262,6 @@ def _solved(
     progress: bool | None,
     compiled: bool,
     admitted: Array | None = None,
-    functions: tuple[str, ...] = (),
     turning: bool = True,
     given: bool = True,
     confirmed: bool = False,
@@ -271,12 +270,11 @@ def _solved(
 ) -> Solution:
     """Return what `solve` does with a step, or the default one, once.
 
-    `admitted` is y0 made canonical, where that has been done, and `functions` what `check_problem` has
-    returned. `turning`: whether steps whose iteration does not converge are taken by what the method
-    has for them; else they end the run. `given`: whether the user has given the step. `confirmed`:
-    whether a second run shall tell the error at the end. `breaks`, as `breaks_of` returns them, may lie
-    beyond the end; `halved` is the step of a run with them of whose steps each is halved. `most`:
-    iterations, from which on it is a `StepLimitError`.
+    `admitted` is y0 made canonical, where that has been done. `turning`: whether steps whose iteration
+    does not converge are taken by what the method has for them; else they end the run. `given`: whether
+    the user has given the step. `confirmed`: whether a second run shall tell the error at the end.
+    `breaks`, as `breaks_of` returns them, may lie beyond the end; `halved` is the step of a run with
+    them of whose steps each is halved. `most`: iterations, from which on it is a `StepLimitError`.
     """
     check_switches(
         compiled=compiled,
@@ -317,19 +315,20 @@ def _solved(
             timeline = plan_timeline(*for_run, longest, *rest)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
-    chosen.check_fits(problem, with_clock)
-    watched = choose_watchers(problem, observe)
-    check_counts(watched, save_every, observe_every)
-    said = ((name, w.evaluates(problem)) for name, w in watched.items())
-    evaluated = {f"observe[{name!r}]": f for name, f in said if f is not None}
+    watched = {} if type(observe) is tuple and not observe else choose_watchers(problem, observe)
+    if save_every is not None or observe_every != 1:
+        check_counts(watched, save_every, observe_every)
     looked_for, callback = choose_events(events), check_callback(callback)
-    evaluated.update({f"events[{k!r}]": looked_at(e, problem) for k, e in looked_for.items()})
-    form = problem.forms[0] if exact else chosen.needs
-    if admitted is None or evaluated:  # else it has been looked at with the state
-        functions = check_problem(problem, state, form, with_clock, evaluated)
+    if exact:
+        seen = check_problem(problem, state, problem.forms[0], with_clock)
+    else:
+        flow = chosen.on(problem, state, timeline.start, with_clock, compiled)
+        seen = flow.seen
+    if watched or looked_for:
+        check_watched(problem, state, _evaluated(problem, watched, looked_for))
     ahead = timeline.own_end
     ahead = math.copysign(math.inf, timeline.h) if ahead is None else ahead - timeline.start
-    tell_false_claims(problem, state, timeline.start, ahead, functions)
+    tell_false_claims(problem, state, timeline.start, ahead, seen)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -343,40 +342,31 @@ def _solved(
             progress=progress,
             compiled=compiled,
         )
-    start = Start(
-        problem,
-        state,
-        timeline.start,
-        timeline.h,
-        with_clock,
-        compiled=compiled,
-        end=timeline.own_end,
-        functions=functions,
-    )
-    integrator = Integrator.of(chosen, start, t0, before)
-    if not turning:
-        integrator.stepper.otherwise = None
+    stepper = flow.begin(state, timeline.start, timeline.h, timeline.own_end)
+    stepper.turning = turning
+    integrator = Integrator.of(stepper, t0, before)
     least = 1 if given else 2  # in a stretch: a second run has longer steps
-    stretches = divided(integrator, timeline, breaks, halved, least)
+    stretches = divided(integrator, timeline, breaks, halved, least) if breaks else (timeline,)
     if len(stretches) > 1:
         integrator._go_on(stretches[0])
         before = before and replace(before, done=0)
         steps = None if chosen.adaptive else sum(stretch.steps or 0 for stretch in stretches)
         timeline = timeline._replace(start=integrator.time, steps=steps, remainder=0.0)
     begin = integrator.t if with_clock or problem.time == "t" else 0.0
-    wanted = Wanted(
-        PartialSteps(problem, integrator.stepper),
-        wanted_times(problem, timeline, begin, integrator.time, t_eval, tau_eval),
-        math.copysign(1.0, timeline.h),
-        with_clock and tau_eval is None,
-    )
-    observers, crossings = None, None
+    observers, crossings, wanted = None, None, None
+    if timeline.physical_end is not None or t_eval is not None or tau_eval is not None:
+        wanted = Wanted(
+            PartialSteps(stepper),
+            wanted_times(problem, timeline, begin, integrator.time, t_eval, tau_eval),
+            math.copysign(1.0, timeline.h),
+            with_clock and tau_eval is None,
+        )
     if watched:
         samples = timeline.expected / observe_every
-        start_of = integrator.state, integrator.time, integrator.stepper
+        start_of = integrator.state, integrator.time, stepper
         observers = Observers(watched, Run(problem, *start_of, samples, chosen))
     if looked_for:
-        crossings = Crossings(problem, integrator.stepper, looked_for, before)
+        crossings = Crossings(stepper, looked_for, before)
     recorder = Recorder(
         integrator,
         timeline,
@@ -391,7 +381,7 @@ def _solved(
     bar.total = recorder.length
     with bar:
         along = [part for part in (observers, crossings) if part is not None]
-        bar.expect(integrator.stepper.entries + sum(part.entries for part in along))
+        bar.expect(flow.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
         own = callback is not None or any(type(w) is not Function for w in watched.values())
         known = compiled and not own and not chosen.adaptive and timeline.own_end is not None
@@ -428,8 +418,8 @@ def _solved(
         raise status
     if solution.success and isinstance(solution.ranked, Ranked):
         reached = solution.ranked.final[: problem.rows]
-        tell_false_claims(problem, reached, solution.ranked.end, -ahead, functions, moved=True)
-    if given and integrator.stepper.turned:
+        tell_false_claims(problem, reached, solution.ranked.end, -ahead, seen, moved=True)
+    if given and stepper.flow is not flow:
         tell_long_steps(problem, chosen, state, timeline)
     elif given and step is not None and may_lose(solution, True):
         tell_lost_integrals(solution, state, timeline.start, given, compiled)
@@ -450,6 +440,16 @@ def _solved(
         begin = t0 if label(solution)[0] == "t" else 0.0
         solution.error_estimate = error_estimate(solution, again, begin)
     return solution
+
+
+def _evaluated(
+    problem: Problem, watched: Mapping[str, Watcher], looked_for: Mapping[str, Event]
+) -> dict[str, Any]:
+    """Return the functions that are watched, and looked at for events, by argument."""
+    said = ((name, w.evaluates(problem)) for name, w in watched.items())
+    found: dict[str, Any] = {f"observe[{name!r}]": f for name, f in said if f is not None}
+    found.update({f"events[{k!r}]": looked_at(e, problem) for k, e in looked_for.items()})
+    return found
 
 
 def _integrate(

@@ -10,9 +10,7 @@ import numpy as np
 from ..arguments import Array, finite
 from ..errors import DomainError, MethodError, StepError
 from ..methods import Adaptive, Compose, Exact, Method, find_solver
-from ..methods.method import Start
 from ..methods.stepper import Stepper
-from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from .carried_directions import CarriedDirections, columns
 from .solve import solve
@@ -144,14 +142,11 @@ def started(
         raise DomainError("t_end", t_end, "tau_end: an end in another time moves with the state")
     chosen = _iterated_to_rounding(chosen)
     state = problem.canonical(y0)
-    chosen.check_fits(problem, False)
-    check_problem(problem, state, chosen.needs)
+    flow = chosen.on(problem, state, start_time)
     timeline = plan_timeline(
         problem, chosen, state, t_end, tau_end, step, start_time, compiled=True
     )
-    stepper = chosen.start(Start(problem, state, timeline.start, timeline.h))
-    stepper.end = timeline.own_end
-    return state, timeline, stepper
+    return state, timeline, flow.begin(state, timeline.start, timeline.h, timeline.own_end)
 
 
 def _iterated_to_rounding(method: Method) -> Method:

@@ -5,12 +5,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arguments import Array, Booleans
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import Block, filled_block, scalar_block
 from ..kernels.solve.back_along import BACK_ALONG, scratch_of
-from ..methods.stepper import filled_block
+from ..problems.bound import bound
 from ..problems.problem import Problem
 
 WayBack = Callable[[Array, Array, Array, float], tuple[Array, Booleans]]
@@ -27,9 +26,7 @@ def way_back(
     scratch, matrix = scratch_of(rows, conditions)
     call = BACK_ALONG.call(
         compiled,
-        values=bind(function, FIELD, params=len(problem.params), y=rows, out=conditions).entry(
-            compiled
-        ),
+        values=bound(problem, function, FIELD, out=conditions),
         params=filled_block(problem.params),
         wanted=filled_block(wanted),
         sizes=filled_block(sizes),

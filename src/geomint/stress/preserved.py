@@ -14,19 +14,17 @@ a ball that is nearly homogeneous on the orbits of rotations: the defect that wa
 ``"steady motions"`` is about motions, not about quantities: `geomint.stress.judge`.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import ACTION, FIELD, VALUE
+from ..kernels.compiling.signatures import ACTION
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..problems.declaration import check_value
 from ..problems.deviation import sizes_of
-from ..problems.evaluate import value
+from ..problems.evaluate import rates_of, value_of
 from ..problems.problem import Problem
 
 SAMPLES = 3
@@ -45,20 +43,12 @@ class Quantities:
     def __init__(self, problem: Problem, y0: Array) -> None:
         self._problem, self._sizes = problem, sizes_of(problem, y0)
         self._compiled = problem.rows > FEW
-        self._params, self._work = Block(np.array(problem.params)), scalar_block(problem.work)
-        self._entries: dict[str, Callable[..., float]] = {}
         self._kinds: dict[str, dict[str, float]] = {}
 
     def value(self, name: str, t: float, y: Array) -> float:
         """Return a diagnostic at a state."""
         f = self._problem.diagnostics[name]
-        if not self._compiled:
-            return value(self._problem, f, y, t)
-        if name not in self._entries:
-            check_value(self._problem, f, y)
-            bound = bind(f, VALUE, params=len(self._problem.params), y=self._problem.rows)
-            self._entries[name] = bound.call(params=self._params, work=self._work)
-        return float(self._entries[name](t=float(t), y=Block(y)))
+        return value_of(self._problem, f, y, self._compiled)(y, t)
 
     def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
@@ -122,9 +112,13 @@ class Quantities:
         group = self._problem.action.group  # type: ignore[union-attr]
         rng, worst = np.random.default_rng(569), 0.0
 
+        act = Bound(group.act, ACTION).call(self._compiled)
+        act.set(layout=Block(group.layout), work=scalar_block(group.work))
+
         def increment(xi: Array, y: Array) -> Array:
-            given = {"layout": Block(group.layout.copy()), "x": Block(xi), "y": Block(y)}
-            return self._written(Bound(group.act, ACTION), **given, work=scalar_block(group.work))
+            out = np.zeros(len(y))
+            act(xi=Block(xi), y=Block(y), out=Block(out))
+            return out
 
         for t, y in self._states():
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
@@ -146,9 +140,6 @@ class Quantities:
         """
         rng, worst = np.random.default_rng(2), 0.0
         problem = self._problem
-        assert problem.field is not None
-        rows = problem.rows
-        field = bind(problem.field, FIELD, params=len(problem.params), y=rows, out=rows)
         for t, y in self._states():
             d = self._sizes * rng.normal(size=len(y))
             line = [self.value(name, t, y + k * d) for k in range(4)]
@@ -156,7 +147,7 @@ class Quantities:
             worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
             if worst > EXACT:
                 return worst
-            v = self._written(field, params=self._params, t=float(t), y=Block(y), work=self._work)
+            v = rates_of(problem, y, self._compiled)(problem, y, t)
             v = v / (np.max(np.abs(v) / self._sizes) or 1.0)
             slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
             terms = float(np.sum(np.abs(slopes)))
@@ -167,12 +158,6 @@ class Quantities:
 
     def _rise(self, name: str, t: float, y: Array, v: Array) -> float:
         return self.value(name, t, y + v) - self.value(name, t, y - v)
-
-    def _written(self, f: Bound, **given: Any) -> Array:
-        """Return what a field or action writes."""
-        out = np.zeros(self._problem.rows)
-        f.call(self._compiled)(**given, out=Block(out))
-        return out
 
 
 def _relative(difference: float, size: float) -> float:

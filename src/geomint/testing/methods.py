@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arguments import Array, whole
 from ..errors import DomainError
-from ..methods.method import Method, Start
+from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.testproblems import neumann, pulsating_body, sphere_metric
 from ..run.solve import solve
@@ -62,7 +62,7 @@ def check_method(method: Method, compiled: bool = True) -> None:
     else:
         sure(not orders or orders[-1] > HIGHEST, text)
     if method.symmetric:
-        stepper = method.start(Start(problem, y0, 0.0, STEP, compiled=compiled))
+        stepper = method.on(problem, y0, compiled=compiled).begin(y0, 0.0, STEP)
         back = stepper.single_step(stepper.single_step(y0, 0.0, STEP), STEP, -STEP)
         small(back - y0, BACK, f"{method.name} is symmetric, and does not go back")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arguments import Array, whole
 from ..errors import DomainError, GeomintWarning
-from ..kernels.numbers.blocks import Block
+from ..kernels.compiling.signatures import CONSTRAINT, VALUE
 from ..problems.forms import Group
 from ..problems.spaces.conditions import differences
 from ..problems.spaces.euclidean import Euclidean
@@ -80,7 +80,7 @@ def _check_point(space: Space, y: Array) -> None:
     size = max(1.0, length(y)) ** 2
     small(space.defects(y), ROUNDING * size, f"conditions of {space!r} are not 0 at a random point")
     for name, f in space.constraints.items():
-        value = f(Block(space.params), 0.0, Block(y), Block(np.zeros(0)))
+        value = VALUE.run(f, params=space.params, t=0.0, y=y, work=0)
         small(
             value, ROUNDING * size, f"constraint {name!r} of {space!r} is not 0 at a random point"
         )
@@ -97,8 +97,8 @@ def _check_constraint(space: Space, y: Array) -> None:
         return
 
     def written(x: Array) -> tuple[Array, Array]:
-        g, G = np.zeros(space.conditions), np.zeros(space.conditions * space.rows)
-        constraint(Block(space.params), Block(x), Block(g), Block(G), Block(np.zeros(0)))
+        m = space.conditions
+        g, G = CONSTRAINT.run(constraint, params=space.params, q=x, g=m, G=m * space.rows, work=0)
         return g, G.reshape(-1, space.rows)
 
     slopes = differences(lambda x: written(x)[0], y, 1e-3 * np.eye(space.rows)).T / 1e-3

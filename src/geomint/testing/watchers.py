@@ -9,7 +9,7 @@ import numpy as np
 from ..arguments import Array, positive
 from ..kernels.compiling.sameness import same
 from ..kernels.numbers.blocks import scalar_block
-from ..methods import Start, find_method
+from ..methods import find_method
 from ..problems.problem import Problem
 from ..run.solve import solve
 from ..watch.drift import Drift
@@ -74,7 +74,7 @@ def _in_chunks(
 ) -> Drift:
     """Return the drift over a run whose states come in chunks of a size."""
     own = find_method(method)
-    stepper = own.start(Start(problem, y0, 0.0, step, compiled=False))
+    stepper = own.on(problem, y0, compiled=False).begin(y0, 0.0, step)
     run = Run(problem, y0, 0.0, stepper, method=own)
     (watch,) = type(watcher).together({"it": watcher}, run)
     watch.prepare()

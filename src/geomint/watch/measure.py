@@ -30,14 +30,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.tangent.measure import measure_sweep
 from ..methods.carried import Carried
-from ..methods.method import Method, Start
+from ..methods.method import Method
 from ..methods.stepper import Stepper
 from ..problems.base import off_base
+from ..problems.bound import bound
 from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
@@ -85,20 +85,19 @@ class InvariantMeasure(StepsAgain):
         state = run.state[: base.rows].copy()
         if off_base(run.problem, base, run.state[: run.problem.rows], run.time):
             return run
-        stepper = run.stepper.fixed_step
-        start = Start(base, state, run.time, run.stepper.h, compiled=stepper.compiled)
-        return replace(run, problem=base, state=state, stepper=method.start(start))
+        h, compiled = run.stepper.h, run.stepper.flow.compiled
+        flow = method.on(base, state, run.time, compiled=compiled)
+        return replace(run, problem=base, state=state, stepper=flow.begin(state, run.time, h))
 
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.measure is not None
         self._measure = problem.measure
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        density = bind(self._measure.log_density, VALUE, **sizes)
+        density = bound(problem, self._measure.log_density, VALUE)
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
         sweep = measure_sweep(
             carried.kernel, carried.functions, density, carried.manifold, carried.numbers
         )
-        return sweep.call(stepper.compiled, density=density, **carried.arguments)
+        return sweep.call(stepper.flow.compiled, density=density, **carried.arguments)
 
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the level below which nothing can be seen."""

@@ -33,7 +33,7 @@ class StepsAgain(Watcher):
         return 1.5 * problem.rows  # tangent vectors, eight at once
 
     def entries(self, run: Run) -> int:
-        return run.stepper.fixed_step.entries + 3  # the sweep, conditions, and a density or a form
+        return run.stepper.flow.entries + 3  # the sweep, conditions, and a density or a form
 
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         """Return what gets ``starts``, ``lengths``, ``states`` and writes ``out``, all else given."""

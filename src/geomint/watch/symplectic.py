@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import TWO_FORM
 from ..kernels.tangent.symplectic import symplectic_sweep
 from ..methods.carried import Carried
 from ..methods.stepper import Stepper
+from ..problems.bound import bound
 from ..problems.problem import Problem
 from ..problems.two_form import SymplecticForm
 from .drift import ROUNDOFF
@@ -61,13 +61,12 @@ class SymplecticDefect(StepsAgain):
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.symplectic_form is not None
         self._constant = problem.symplectic_form.constant
-        rows = {"params": len(problem.params), **dict.fromkeys(("y", "u", "v"), problem.rows)}
-        form = bind(problem.symplectic_form.form, TWO_FORM, **rows)
+        form = bound(problem, problem.symplectic_form.form, TWO_FORM)
         sweep = symplectic_sweep(
             carried.kernel, carried.functions, form, carried.manifold, carried.numbers
         )
         constant = int(self._constant)
-        return sweep.call(stepper.compiled, form=form, constant=constant, **carried.arguments)
+        return sweep.call(stepper.flow.compiled, form=form, constant=constant, **carried.arguments)
 
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the noise of a step."""

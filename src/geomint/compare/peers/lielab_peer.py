@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormError
-from ...kernels.compiling.bound import bind
-from ...kernels.compiling.signatures import GENERATOR
-from ...kernels.numbers.blocks import Block, scalar_block
+from ...kernels.compiling.signatures import FIELD
+from ...problems.bound import bound, called
 from ...problems.groups import so3
 from .peer import End, Motion, Peer, PeerError, Ready
 
@@ -26,17 +25,13 @@ def start(motion: Motion) -> Callable[[float], Ready]:
         raise FormError("it goes forwards only")
     domain = import_module("lielab.domain")
     integrate = import_module("lielab.integrate")
-    y, xi = scalar_block(len(y0)), scalar_block(3)
-    given = bind(problem.action.generator, GENERATOR, params=len(problem.params), y=len(y0), xi=3)
-    generator = given.call(
-        params=Block(problem.params), t=0.0, y=y, xi=xi, work=scalar_block(problem.work)
-    )
-    turned, start_vectors = y.data.reshape(-1, 3), y0.reshape(-1, 3)
+    generator, y, xi = called(problem, bound(problem, problem.action.generator, FIELD, out=3))
+    turned, start_vectors = y.reshape(-1, 3), y0.reshape(-1, 3)
 
     def velocity(t: float, state: Any) -> Any:
         np.matmul(start_vectors, state.point[0].get_matrix().T, out=turned)
         generator(t=t)
-        return domain.CompositeAlgebra([domain.so.from_vector(xi.data.tolist())])
+        return domain.CompositeAlgebra([domain.so.from_vector(xi.tolist())])
 
     system = integrate.HomogeneousIVPSystem(velocity)
 

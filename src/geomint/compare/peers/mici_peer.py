@@ -8,10 +8,8 @@ import numpy as np
 
 from ...arguments import Array
 from ...errors import FormError
-from ...kernels.compiling.bound import Bound
-from ...kernels.compiling.code import reads
 from ...kernels.compiling.signatures import CONSTRAINT, GRADIENTS
-from ...kernels.numbers.blocks import Block, scalar_block
+from ...problems.bound import bound, called
 from .peer import End, Motion, Peer, Ready
 
 
@@ -19,33 +17,30 @@ def start(motion: Motion) -> Callable[[float], Ready]:
     """State the motion as Mici takes it."""
     problem, n = motion.problem, len(motion.y0) // 2
     form = problem.hamiltonian
-    if form is None or not form.separable or reads(form.gradients.function.__code__, 1):
+    if form is None or not form.separable or GRADIENTS.reads(form.gradients, "t"):
         raise FormError("the problem has no separable Hamiltonian with constraints, free of time")
     integrators: Any = import_module("mici.integrators")
     states: Any = import_module("mici.states")
     systems: Any = import_module("mici.systems")
-    q, p, dq, dp = (scalar_block(n) for _ in range(4))
-    g, jacobian = scalar_block(form.constraints), scalar_block(form.constraints * n)
-    common: dict[str, Any] = {"params": Block(problem.params), "work": scalar_block(problem.work)}
-    gradients = Bound(form.gradients, GRADIENTS).call(t=0.0, q=q, p=p, dq=dq, dp=dp, **common)
-    constraint = Bound(form.constraint, CONSTRAINT).call(q=q, g=g, G=jacobian, **common)
+    gradients, q, p, dq, dp = called(problem, bound(problem, form.gradients, GRADIENTS))
+    constraint, point, g, jacobian = called(problem, bound(problem, form.constraint, CONSTRAINT))
 
     def force(at: Array) -> Array:
-        q.data[:] = at
+        q[:] = at
         gradients()
-        return dq.data.copy()
+        return dq.copy()
 
     def constrained(at: Array) -> tuple[Array, Array]:
-        q.data[:] = at
+        point[:] = at
         constraint()
-        return g.data.copy(), jacobian.data.reshape(-1, n).copy()
+        return g.copy(), jacobian.reshape(-1, n).copy()
 
     inverse = np.empty((n, n))
     force(motion.y0[:n])
     for i, unit in enumerate(np.eye(n)):
-        p.data[:] = unit
+        p[:] = unit
         gradients()
-        inverse[:, i] = dp.data
+        inverse[:, i] = dp
     system = systems.DenseConstrainedEuclideanMetricSystem(
         neg_log_dens=lambda at: 0.0,  # the value of the potential is not needed for steps
         grad_neg_log_dens=force,

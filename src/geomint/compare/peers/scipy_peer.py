@@ -9,9 +9,8 @@ import numpy as np
 
 from ...arguments import Array
 from ...errors import FormError
-from ...kernels.compiling.bound import bind
 from ...kernels.compiling.signatures import FIELD
-from ...kernels.numbers.blocks import Block, scalar_block
+from ...problems.bound import bound, called
 from .peer import End, Motion, Peer, PeerError, Ready
 
 MOST_STEPS = 2**31 - 1
@@ -19,14 +18,10 @@ MOST_STEPS = 2**31 - 1
 
 def compiled_field(motion: Motion) -> Callable[[float, Array], Array]:
     """Return the field as a function of numpy's arrays, compiled."""
-    problem, n = motion.problem, len(motion.y0)
+    problem = motion.problem
     if problem.field is None:
         raise FormError("the problem has no field")
-    y, out = scalar_block(n), scalar_block(n)
-    call = bind(problem.field, FIELD, params=len(problem.params), y=n, out=n).call(
-        params=Block(problem.params), t=0.0, y=y, out=out, work=scalar_block(problem.work)
-    )
-    state, rates = y.data, out.data
+    call, state, rates = called(problem, bound(problem, problem.field, FIELD))
 
     def field(t: float, now: Array) -> Array:
         state[:] = now

@@ -11,21 +11,31 @@ from .beside import in_turn
 from .call import Call, Code
 from .compiled import compiled as machine_code
 from .number_types import SCALAR, NumberType
-from .recorded import Recorded
+from .recorded import Recorded, named_as
 from .signatures import Signature
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A recorded function and its signature: all that is needed to compile and to call it."""
+    """A recorded function and its signature: all that is needed to compile and to call it.
+
+    Of some blocks it may know how many `rows` they have, as constants: LLVM unrolls its loops. What it
+    takes is the same for all sizes, so that steppers are compiled once.
+    """
 
     recorded: Recorded
     signature: Signature
+    rows: tuple[tuple[str, int], ...] = ()
 
     @property
     def in_lanes(self) -> Bound:
         """The same function for eight numbers at once, whatever calls it."""
-        return replace(self, signature=self.signature.in_lanes)
+        return replace(self, signature=replace(self.signature, lanes=True))
+
+    @property
+    def as_helper(self) -> Recorded:
+        """The function for code that it is compiled into: rows are constants there too."""
+        return _as_helper(self) if self.rows else self.recorded
 
     def of_type(self, number_type: NumberType) -> Bound:
         """Return the same function for a type of number, whatever calls it; its own one, if it has."""
@@ -43,7 +53,7 @@ class Bound:
         """
         if not compiled:
             return self.recorded
-        return machine_code(self.recorded, self.signature.of(number_type))
+        return machine_code(self.recorded, self.signature.of(number_type, self.rows))
 
     def call(self, compiled: bool = True, number_type: NumberType = SCALAR, **values) -> Call:
         """Return the function as Python calls it, with some arguments given.
@@ -62,57 +72,25 @@ class Bound:
             lambda: given.update((name, entries(value)) for name, value in values.items()),
             lambda: own.append(self.entry(compiled, number_type)),
         )
-        names = tuple(name for name, _ in self.signature.arguments)
-        call = Call(self.recorded.function, names, own[0] if isinstance(own[0], Code) else None)
+        call = Call(
+            self.recorded.function,
+            self.signature.names,
+            own[0] if isinstance(own[0], Code) else None,
+        )
         call.set(**given)
         return call
 
 
 @functools.cache
-def bind(f: Recorded, signature: Signature, **rows: int) -> Bound:
-    """Return a function whose blocks of those names have that many rows, as constants.
+def _as_helper(bound: Bound) -> Recorded:
+    names, rows = bound.signature.names, dict(bound.rows)
+    taken = (f"fixed_rows({name}, {rows[name]})" if name in rows else name for name in names)
+    source = f"def made({', '.join(names)}): return f({', '.join(taken)})"
+    return written(source, bound.recorded, fixed_rows=fixed_rows)
 
-    LLVM unrolls its loops; what it takes is the same for all sizes, so steppers are compiled once.
-    The same function and sizes give the same recorded function, compiled once a process, and again
-    when what it reaches has changed: it reaches what the given one does.
-    """
-    names = [name for name, _ in signature.arguments]
-    assert rows.keys() <= set(names)
-    i, j, k, q, m, n, o = [*map(rows.get, names), *[None] * 7][:7]  # None: any number of rows
 
-    def four(a, b, c, d):
-        return f(fixed_rows(a, i), fixed_rows(b, j), fixed_rows(c, k), fixed_rows(d, q))
-
-    def five(a, b, c, d, e):
-        return f(
-            fixed_rows(a, i),
-            fixed_rows(b, j),
-            fixed_rows(c, k),
-            fixed_rows(d, q),
-            fixed_rows(e, m),
-        )
-
-    def six(a, b, c, d, e, x):
-        return f(
-            fixed_rows(a, i),
-            fixed_rows(b, j),
-            fixed_rows(c, k),
-            fixed_rows(d, q),
-            fixed_rows(e, m),
-            fixed_rows(x, n),
-        )
-
-    def seven(a, b, c, d, e, x, y):
-        return f(
-            fixed_rows(a, i),
-            fixed_rows(b, j),
-            fixed_rows(c, k),
-            fixed_rows(d, q),
-            fixed_rows(e, m),
-            fixed_rows(x, n),
-            fixed_rows(y, o),
-        )
-
-    function: Any = {4: four, 5: five, 6: six, 7: seven}[len(names)]
-    function.__name__ = function.__qualname__ = f.function.__name__
-    return Bound(Recorded(function), signature)
+def written(source: str, f: Recorded, **names: Any) -> Recorded:
+    """Return the function ``made`` of a source that knows `f` and `names`; it is called as `f` is."""
+    space = {"__name__": __name__, **names}
+    exec(f"def make(f):\n    {source}\n    return made", space)
+    return named_as(space["make"](f), f)

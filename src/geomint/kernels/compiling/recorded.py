@@ -124,3 +124,9 @@ def helper(function: Callable[..., Any]) -> Recorded:
 def inlined(function: Callable[..., Any]) -> Recorded:
     """Record a helper that LLVM inlines into callers, where constants of theirs unroll its loops."""
     return Recorded(function, inline=True)
+
+
+def named_as(function: Any, f: Recorded) -> Recorded:
+    """Record a function under the name of another one: what "compiling …" says."""
+    function.__name__ = f.function.__name__
+    return Recorded(function)

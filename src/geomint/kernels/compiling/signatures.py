@@ -7,17 +7,22 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, get_type_hints
 
+import numpy as np
+
+from ..numbers.blocks import Block
+from .code import reads
 from .number_types import NumberType
+from .recorded import Recorded
 
 Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
 
-NUMBER, BLOCK, GIVEN = attrgetter("number"), attrgetter("block"), attrgetter("given")
-PARAMS = attrgetter("params")
+NUMBER, GIVEN, PARAMS = attrgetter("number"), attrgetter("given"), attrgetter("params")
+BLOCK, OUT, SCRATCH = attrgetter("block"), attrgetter("block"), attrgetter("block")
 MEMORY, COEFFICIENTS = attrgetter("memory"), attrgetter("coefficients")
 WHOLE, REAL, TIME = attrgetter("whole"), attrgetter("real"), attrgetter("time")
 
@@ -44,19 +49,58 @@ class Signature:
     own: NumberType | None = None
 
     @property
-    def in_lanes(self) -> Signature:
-        """The same for eight numbers at once."""
-        return replace(self, lanes=True)
+    def names(self) -> tuple[str, ...]:
+        """Of its arguments, in order."""
+        return tuple(name for name, _ in self.arguments)
 
-    def of(self, number_type: NumberType):
-        """Return numba's signature for a type of number."""
+    def reads(self, f: Recorded, name: str) -> bool:
+        """Tell whether a function's code names that argument at all: if not, it is not read."""
+        return reads(f.function.__code__, self.names.index(name))
+
+    def of(self, number_type: NumberType, rows: tuple[tuple[str, int], ...] = ()):
+        """Return numba's signature for a type of number; blocks of those names have so many rows."""
         number_type = self.own or number_type
-        return _of(self, number_type.in_lanes if self.lanes else number_type)
+        return _of(self, number_type.in_lanes if self.lanes else number_type, rows)
 
     def __call__(self, number_type: NumberType):
         from numba.core import types
 
         return types.FunctionType(self.of(number_type))
+
+    def laid_out(
+        self, values: Mapping[str, Any], given: Callable[..., Any], fresh: Callable[..., Any]
+    ) -> dict[str, Any]:
+        """Return arguments for plain Python, in order, of values by name.
+
+        Arrays become blocks, ``given(name, array)``; instead of a block's value its number of rows
+        will do, for ``fresh(name, rows)``. Numbers and blocks stay.
+        """
+        made = {}
+        for name, kind in self.arguments:
+            value = made[name] = values[name]
+            if kind not in (NUMBER, WHOLE) and not isinstance(value, Block):
+                made[name] = (fresh if isinstance(value, int) else given)(name, value)
+        return made
+
+    def run(self, f: Callable[..., Any], held: Callable[[Any], Any] = Block, **values: Any) -> Any:
+        """Return what a function returns in plain Python, or the arrays that it writes.
+
+        Parameters
+        ----------
+        held : callable
+            What makes a block of numbers of an array: not of parameters, nor of a group's layout.
+        **values
+            See `laid_out`.
+        """
+        real = [name for name, kind in self.arguments if kind in (PARAMS, GIVEN)]
+        taken = self.laid_out(
+            values,
+            lambda name, x: Block(x) if name in real else held(x),
+            lambda _, rows: held(np.zeros(rows)),
+        )
+        result = f(*taken.values())
+        written = [taken[name].data for name, kind in self.arguments if kind is OUT]
+        return result if self.result else written
 
 
 @dataclass(frozen=True)
@@ -85,15 +129,16 @@ class Functions:
 
 
 @functools.cache
-def _of(signature: Signature, number_type: NumberType):
+def _of(signature: Signature, number_type: NumberType, rows: tuple[tuple[str, int], ...]):
     from numba.core import types
 
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # numba calls functions as arguments experimental every time
+        # numba calls functions as arguments experimental every time.
+        warnings.simplefilter("ignore")
+        taken = {name: kind(number_type) for name, kind in signature.arguments}
+        taken.update((name, taken[name].of_rows(count)) for name, count in rows)
         result = types.void if signature.result is None else signature.result(number_type)
-        return result(*(kind(number_type) for _, kind in signature.arguments))
+        return result(*taken.values())
 
 
 def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
@@ -101,18 +146,31 @@ def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
     return Signature(tuple(arguments.items()), result)
 
 
-# Vector fields; invariants, observables, clocks; generators; a group acting, or a Lie bracket.
-FIELD = takes(params=PARAMS, t=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
-VALUE = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, work=BLOCK)
-GENERATOR = takes(params=PARAMS, t=NUMBER, y=BLOCK, xi=BLOCK, work=BLOCK)
-ACTION = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=BLOCK, work=BLOCK)
+_KINDS: dict[str, Kind] = {"params": PARAMS, "layout": GIVEN, "k": WHOLE, "work": SCRATCH}
+_KINDS |= dict.fromkeys("th", NUMBER) | dict.fromkeys(("out", "dq", "dp", "g", "G"), OUT)
+
+
+def _named(names: str, result: Kind | None = None) -> Signature:
+    """Return the signature of functions of problems: kinds follow from names, else it is a block."""
+    return Signature(tuple((name, _KINDS.get(name, BLOCK)) for name in names.split()), result)
+
+
+# Vector fields, generators, conditions; invariants, observables, clocks; what is evaluated at points.
+FIELD = _named("params t y out work")
+VALUE = _named("params t y work", NUMBER)
+MAP = _named("params t x out work")
+# A group acting on states; Lie brackets; maps of tangents; how far it is to where coordinates end.
+ACTION = _named("layout xi y out work")
+BRACKET = _named("layout x y out work")
+TANGENT_MAP = _named("layout u v out work")
+EXTENT = _named("layout u work", NUMBER)
 # Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
-GRADIENTS = takes(params=PARAMS, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)
-CONSTRAINT = takes(params=PARAMS, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
+GRADIENTS = _named("params t q p dq dp work")
+CONSTRAINT = _named("params q g G work")
 # A two-form of two vectors.
-TWO_FORM = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, u=BLOCK, v=BLOCK, work=BLOCK)
+TWO_FORM = _named("params t y u v work", NUMBER)
 # The increment of the flow of part k over h.
-FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
+FLOW = _named("k params t h y out work")
 
 
 def counted(number_type: NumberType):

@@ -199,9 +199,14 @@ def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
     return block.as_lanes(start, rows)
 
 
-def fixed_rows(block, rows: int | None):
-    """Return the block; compiled, its row count becomes a constant, and loops over it unroll.
+def fixed_rows(block, rows: int):
+    """Return the block; compiled, its row count becomes a constant, and loops over it unroll."""
+    return block
 
-    With None it stays what it is, and may be something else than a block.
-    """
+
+def filled_block(*parts) -> Block:
+    """Return a block of all the numbers given, one after the other."""
+    numbers = np.concatenate([np.ravel(np.asarray(p, dtype=np.float64)) for p in parts])
+    block = scalar_block(len(numbers))
+    block.data[:] = numbers
     return block

@@ -36,6 +36,10 @@ class BlockType(types.Type):
         size = "" if rows is None else f", {rows}"
         super().__init__(name=f"block({row}{size})")
 
+    def of_rows(self, rows: int):
+        """Return the type of those that have so many rows."""
+        return BlockType(self.row, rows, self.held)
+
 
 SCALAR_BLOCK = BlockType(types.float64)
 LANE_BLOCK = BlockType(LANE_VALUE, held=blocks.LaneBlock)
@@ -268,14 +272,13 @@ def _set_lane(typingctx, block, row, index, value):
 @instruction(blocks.fixed_rows, prefer_literal=True)
 def _fixed_rows(typingctx, block, rows):
     """Return the block with its row count known to the compiler, which then unrolls loops."""
-    known = getattr(rows, "literal_value", None)
-    if known is None and rows is not types.none:
+    if not isinstance(rows, types.Literal):
         return None
 
     def codegen(context, builder, sig, args):
         return args[0]
 
-    return (block if known is None else BlockType(block.row, known))(block, rows), codegen
+    return block.of_rows(rows.literal_value)(block, rows), codegen
 
 
 def _views(statement, arguments, typemap, function, aliases, of_arguments):

@@ -80,5 +80,41 @@ def trial(
     return OK, 2, first, 0.0
 
 
+@helper
+def stretches(
+    advance, functions, params, coefficients, fractions, memory, work, rows: int, t: float,
+    lengths, counts, again: int, y0, out, ends, sizes, errors,
+) -> Steps:  # fmt: skip
+    """Write the states after stretches of `counts` steps of such `lengths`, one after the other.
+
+    Each begins with the state alone that the one before has led to; the first one, and that of number
+    `again`, with y0 at t. The first states are compared with the last ones, as many as there are
+    `errors`, as by `parting`.
+    """
+    n, time = len(y0), t
+    for k in range(len(counts)):
+        for r in range(len(memory)):
+            memory[r] = 0.0
+        for r in range(n):
+            memory[r] = y0[r] if k == 0 or k == again else out[(k - 1) * n + r]
+        time = t if k == again else time
+        count = int(counts[k])
+        if count > 0:
+            status, _, iterations, residual = advance(
+                functions, params, coefficients, fractions, memory, work, rows, time, lengths[k], 0,
+                count, count + 1, part(out, 0, 0), part(fractions, 0, 0),
+            )  # fmt: skip
+            if status != OK:
+                return status, k, iterations, residual
+        time += count * lengths[k]
+        for r in range(n):
+            out[k * n + r] = memory[r]
+    for k in range(len(errors)):
+        one, other = part(out, k * n, n), part(out, (len(counts) - len(errors) + k) * n, n)
+        parting(one, other, n, 1, 1.0, y0, ends, sizes, part(errors, k, 1))
+    return OK, len(counts), 0, 0.0
+
+
 PARTING = Bound(parting, of_header(parting))
 TRIAL = Bound(trial, of_stepper(trial))
+STRETCHES = Bound(stretches, of_stepper(stretches))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arguments import Array
-from ...kernels.compiling.recorded import Recorded, field
+from ...kernels.compiling.recorded import Recorded, field, named_as
 from ...kernels.numbers.blocks import part
 from .repair import length
 
@@ -37,8 +37,7 @@ def written(*observables: Recorded) -> Recorded:
     def condition(params, t, y, out, work):
         out[0] = first(params, t, y, work)
 
-    condition.__name__ = first.function.__name__  # what "compiling …" says
-    return field(condition)
+    return named_as(condition, first)
 
 
 def differences(f: Function, y: Array, steps: Array) -> Array:

@@ -32,6 +32,8 @@ def _of_states(method: Method) -> Method:
 
     @functools.wraps(method)
     def checked(self: Space, *states: Any, **named: Any) -> Any:
+        if len(states) == 1 and not named:
+            return method(self, as_vector("state", states[0], self.rows))
         given = {name: as_vector(name, state, self.rows) for name, state in named.items()}
         return method(self, *[as_vector("state", state, self.rows) for state in states], **given)
 

@@ -119,10 +119,11 @@ class TangentBundle(Space):
 
     def admit(self, y: Array) -> Array:
         """Return a flat state, the point repaired and then the vector."""
-        q, p = self.base._admitted(y[: self.base.rows]), y[self.base.rows :]
+        given, p = y[: self.base.rows], y[self.base.rows :]
+        q = self.base._admitted(given)
         defect = self.base.leaning(q, p)
         if defect <= SILENT:
-            return np.concatenate([q, p])
+            return y if q is given else np.concatenate([q, p])
         said, expected = self._said(self.name), f"a vector orthogonal to {self.base.normal}"
         mended = repaired(self.name, p, defect, said, expected, lambda: self.base.tangent(q, p))
         return np.concatenate([q, mended])

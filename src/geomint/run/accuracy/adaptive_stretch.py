@@ -8,7 +8,6 @@ import numpy as np
 from ...arguments import Array
 from ...errors import StepError
 from ...methods.adaptive import LARGEST_RTOL, LEAST_RTOL, Adaptive
-from ...methods.method import Start
 from ...problems.evaluate import rates_of
 from ..integrator import Integrator
 from ..timeline import within_run
@@ -47,8 +46,8 @@ def _begun(method: Adaptive, motion: Motion, clock: bool) -> Integrator:
     rate_at = within_run(rates_of(problem, y0, motion.compiled), (), motion.span, motion.end)
     first = method.default_step(problem, y0, motion.span, begin, rate_at)
     h = math.copysign(first, motion.span)
-    start = Start(problem, y0, begin, h, clock, motion.compiled)
-    integrator = Integrator.of(method, start)
+    flow = method.on(problem, y0, begin, clock, motion.compiled)
+    integrator = Integrator.of(flow.begin(y0, begin, h))
     integrator.prepare()
     return integrator
 

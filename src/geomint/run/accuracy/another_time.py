@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import DomainError, FormError
-from ...kernels.compiling.code import reads
+from ...kernels.compiling.signatures import VALUE
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time, names_time
@@ -41,7 +41,7 @@ def in_another_time(
         return None
     own = problem.time == "tau" or any(asked.get(name) is not None for name in OWN)
     known = problem.diagnostics.values()  # all, as a run that goes on may ask for others
-    timed = names_time(problem) or any(reads(f.function.__code__, 1) for f in known)
+    timed = names_time(problem) or any(VALUE.reads(f, "t") for f in known)
     if own or timed or chosen.iterations < LONG or not _named(problem, asked):
         return None
     if abs(asked["t0"]) > abs(asked["t_end"] - asked["t0"]):  # a clock that began there rounds more

@@ -7,7 +7,6 @@ from typing import Any
 from ...arguments import finite, number, switch
 from ...errors import ConvergenceError, DomainError, NonFiniteError, StepSizeError
 from ...methods import Exact, Method, find_solver
-from ...problems.declaration import check_problem
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
@@ -66,8 +65,7 @@ def choose_for(
     by_clock = problem.time == "tau" and (not own or asked["t_eval"] is not None)
     with_clock = problem.clock is not None if clock is None else clock is True
     with_clock = problem.time == "tau" and (by_clock or with_clock)
-    chosen.check_fits(problem, with_clock)
-    functions = check_problem(problem, state, chosen.needs, with_clock)
+    chosen.on(problem, state, begin if own else 0.0, with_clock, compiled)
     span, physical, breaks = end - begin, None, asked.get("breaks", ())
     if not own:
         assert problem.clock is not None
@@ -82,7 +80,6 @@ def choose_for(
         characteristic_time(problem, state, span, at, rate_at),
         abs(breaks[0] - at) if breaks else math.inf,
         with_clock,
-        functions,
         watched=bool(asked["observe"]),
         reason=reason,
     )

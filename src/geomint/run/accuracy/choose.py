@@ -2,7 +2,6 @@
 
 import functools
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import DomainError
+from ...methods import Method
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
-from ...methods.method import Method, Start
 from ...methods.stepper import Stepper
-from ...problems.declaration import kept_with
-from ..integrator import Integrator
 from ..promise import AIM, Setting
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
@@ -48,8 +45,6 @@ class Wanted:
         How far the first break is, up to which trials go.
     clock : bool
         Whether physical time goes on beside the run.
-    functions : tuple of str
-        What `check_problem` has returned for that.
     watched : bool
         Whether anything is observed: the iteration of an implicit method goes on to rounding then, for
         what it leaves is a drift.
@@ -62,7 +57,6 @@ class Wanted:
     time: float
     room: float
     clock: bool
-    functions: tuple[str, ...]
     watched: bool
     reason: str
 
@@ -77,27 +71,12 @@ class Wanted:
         return AIM * max(self.tolerance, rounding_floor(self.turns, 1.0))
 
     def stepper(self, method: Method, step: float) -> Stepper:
-        """Return what takes the steps of trials, kept with the problem: each trial begins it anew."""
-        motion, problem = self.motion, self.motion.problem
-        h = math.copysign(step, motion.span)
-        start = Start(
-            problem,
-            motion.y0,
-            motion.begin,
-            h,
-            self.clock,
-            motion.compiled,
-            functions=self.functions,
-        )
-
-        def made() -> Stepper:
-            integrator = Integrator.of(method, start)
-            integrator.prepare()
-            return integrator.stepper
-
-        key = "trials", method, start.compiled, threading.get_ident(), *self.functions
-        now = kept_with(problem, key, made).kernel.fingerprint  # of one that never turns to another
-        return kept_with(problem, (*key, now), made)
+        """Return what takes the steps of trials: each begins it anew."""
+        m = self.motion
+        flow = method.on(m.problem, m.y0, m.begin, self.clock, m.compiled)
+        stepper = flow.begin(m.y0, m.begin, math.copysign(step, m.span))
+        stepper.prepare()
+        return stepper
 
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
@@ -127,7 +106,6 @@ class Wanted:
             each=False,
             free=bool(self.reason),
             state=self.motion.y0,
-            functions=self.functions,
             accuracy=accuracy,
             **more,
         )

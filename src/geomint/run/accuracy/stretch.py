@@ -7,18 +7,15 @@ from it.
 """
 
 import math
-import threading
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arguments import Array
-from ...kernels.compiling.call import Call
 from ...kernels.numbers.blocks import Block
-from ...kernels.solve.status import NOT_CONVERGED, OK
 from ...kernels.solve.trial import PARTING, TRIAL
-from ...methods.partial import driven, own_blocks
+from ...methods.partial import beside, ends_of
 from ...methods.stepper import Stepper
 from ...problems.problem import Problem
 from ..local_error import COARSE, FINE
@@ -92,41 +89,25 @@ def stretch(
     each = max(1, pairs // SAMPLES)
     count, rows, h = pairs // each, stepper.rows, math.copysign(step, motion.span)
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
-    status = NOT_CONVERGED
-    while status == NOT_CONVERGED:
-        kernel = stepper.kernel
-        key = "trial", kernel, threading.get_ident()  # which has a call of its own
-        call = stepper.beside.get(key) or stepper.beside.setdefault(key, _trial(stepper, motion))
-        status, _, work, _ = call(
-            t=motion.begin,
-            h=h,
-            shorter=h * COARSE / FINE,
-            coarse=COARSE * each,
-            fine=FINE * each,
-            count=count,
-            factor=1.0 - (COARSE / FINE) ** order,
-            out=Block(out),
-            y0=Block(motion.y0),
-            sizes=Block(sizes),
-            errors=Block(errors),
-        )
-        if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
-            return None
+    done = beside(
+        stepper,
+        TRIAL,
+        t=motion.begin,
+        h=h,
+        shorter=h * COARSE / FINE,
+        coarse=COARSE * each,
+        fine=FINE * each,
+        count=count,
+        factor=1.0 - (COARSE / FINE) ** order,
+        out=Block(out),
+        y0=Block(motion.y0),
+        sizes=Block(sizes),
+        errors=Block(errors),
+    )
+    if done is None:
+        return None
     times, fine = COARSE * each * step * np.arange(1.0, count + 1.0), out.reshape(2, count, rows)[1]
-    return _shown(Stretch(times, errors, work, fine), motion)
-
-
-def _trial(stepper: Stepper, motion: Motion) -> Call:
-    """Return the call of trials, with blocks of its own for what they change."""
-    known = {**driven(stepper), **own_blocks(stepper), "ends": _ends(motion)}
-    unused = ("write", "table", "begun", "whole")
-    given = {key: value for key, value in known.items() if key not in unused}
-    return TRIAL.call(stepper.compiled, **given)
-
-
-def _ends(motion: Motion) -> Block:
-    """Return where the pieces of the state end."""
-    return Block(np.cumsum([float(rows) for _, rows in motion.problem.pieces]))
+    return _shown(Stretch(times, errors, done[2], fine), motion)
 
 
 def _shown(found: Stretch, motion: Motion) -> Stretch | None:
@@ -148,7 +129,7 @@ def compared(motion: Motion, times: Array, runs: Any, factor: float, work: float
     coarse, fine = runs
     sizes, errors = np.empty(len(motion.y0)), np.empty(len(times))
     arrays = {"coarse": coarse, "fine": fine, "y0": motion.y0}
-    call = PARTING.call(motion.compiled, ends=_ends(motion))
+    call = PARTING.call(motion.compiled, ends=ends_of(motion.problem))
     call.set(**{name: Block(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()})
     call.set(sizes=Block(sizes), errors=Block(errors))
     call(rows=coarse.shape[1], count=len(times), factor=factor)

@@ -12,9 +12,8 @@ from ...kernels.numbers.blocks import Block, scalar_block
 from ...kernels.numbers.lanes import LANES
 from ...kernels.solve.advance import bound_stepper
 from ...kernels.solve.members import ENDED, OPEN, members_sweep
-from ...methods import Start
+from ...methods.flow import Flow
 from ...methods.stepper import Stepper
-from ...problems.declaration import check_problem
 from ...problems.problem import Problem
 from ..asked import wants_clock
 from ..integrator import Integrator
@@ -69,7 +68,7 @@ def _err(made: Integrator, given: Members, lines: list[Timeline], found: Outcome
     """
     longest = max(range(len(lines)), key=lambda k: abs(lines[k].h))
     own, total = lines[longest].steps, sum(line.steps or 0 for line in lines)
-    part = PART_IN_LANES if made.stepper.lane_by_lane else PART
+    part = PART_IN_LANES if made.stepper.flow.lane_by_lane else PART
     watched = _watched(made, given, longest, lines[longest], 1.0)
     if watched.through(WatchedSteps.enough(made.method, own, part, total)):
         return True
@@ -110,10 +109,8 @@ def _prepared(
     asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool
 ) -> Integrator:
     """Return the integrator of the first member, compiled and checked as that of a single run."""
-    asked.method.check_fits(problem, clock)
-    check_problem(problem, state, asked.method.needs, clock)
-    start = Start(problem, state, line.start, line.h, clock, end=line.own_end)
-    integrator = Integrator.of(asked.method, start)
+    flow = asked.method.on(problem, state, line.start, clock)
+    integrator = Integrator.of(flow.begin(state, line.start, line.h, line.own_end))
     integrator.prepare()
     return integrator
 
@@ -163,7 +160,7 @@ class _Sweep:
             "found": np.full(count, OPEN),
             "moved": moved.reshape(-1),
         }
-        self._call = _call_of(stepper, {k: Block(v) for k, v in self._blocks.items()})
+        self._call = _call_of(stepper.flow, {k: Block(v) for k, v in self._blocks.items()})
 
     def run(self, stop: Array) -> None:
         """Move all members."""
@@ -212,23 +209,23 @@ class _Sweep:
         return times
 
 
-def _call_of(stepper: Stepper, blocks: dict[str, Block]) -> Call:
-    """Return the loop over members for a stepper: in lanes, if it can be had so."""
+def _call_of(flow: Flow, blocks: dict[str, Block]) -> Call:
+    """Return the loop over members for a flow: in lanes, if it can be had so."""
     moving = len(blocks["moved"]) > 0
-    names = stepper.kernel.fingerprint, *(f.recorded.fingerprint for f in stepper.functions)
+    names = flow.kernel.fingerprint, *(f.recorded.fingerprint for f in flow.functions)
     key = (*names, str(moving))
-    jitted = type(stepper.functions[0].entry()) is Code  # not with NUMBA_DISABLE_JIT
-    if stepper.lane_by_lane and jitted and key not in _alone:
+    jitted = type(flow.functions[0].entry()) is Code  # not with NUMBA_DISABLE_JIT
+    if flow.lane_by_lane and jitted and key not in _alone:
         try:
-            return _call_in(members(moving), stepper, blocks)
+            return _call_in(members(moving), flow, blocks)
         except DeclarationError:  # it is compiled for single numbers already
             _alone.add(key)
-    return _call_in(SCALAR, stepper, blocks)
+    return _call_in(SCALAR, flow, blocks)
 
 
-def _call_in(numbers: NumberType, stepper: Stepper, blocks: dict[str, Block]) -> Call:
-    kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(numbers)
-    functions = tuple(f.of_type(numbers) for f in stepper.functions)
+def _call_in(numbers: NumberType, flow: Flow, blocks: dict[str, Block]) -> Call:
+    kernel = bound_stepper(flow.kernel, flow.functions).of_type(numbers)
+    functions = tuple(f.of_type(numbers) for f in flow.functions)
     width = 1 if numbers is SCALAR else LANES
     held = numbers.memory.held
 
@@ -237,17 +234,17 @@ def _call_in(numbers: NumberType, stepper: Stepper, blocks: dict[str, Block]) ->
             return scalar_block(rows)
         return held(scalar_block(rows * width).data.reshape(rows, width))
 
-    params = stepper.params if not len(blocks["moved"]) else room(len(stepper.params))
+    params = flow.params if not len(blocks["moved"]) else room(len(flow.params))
     call = members_sweep(kernel, functions, numbers).call(
         advance=kernel,
         functions=functions,
         params=params,
-        coefficients=stepper.coefficients,
-        fractions=stepper.fractions,
-        memory=room(len(stepper.memory)),
-        work=room(len(stepper.work)),
+        coefficients=flow.coefficients,
+        fractions=flow.fractions,
+        memory=room(flow.memory),
+        work=room(flow.work),
         times=room(2),
-        carries=scalar_block(stepper.rows * width),
+        carries=scalar_block(flow.rows * width),
     )
     call.set(**blocks)
     return call

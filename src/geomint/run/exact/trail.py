@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...arguments import Array
-from ...problems.declaration import check_problem
+from ...problems.declaration import check_problem, check_watched
 from ...problems.problem import Problem
 from ..events import Event, looked_at
 from ..met import Met
@@ -55,10 +55,9 @@ class ExactTrail:
     def goes_on(self, y0: Array) -> bool:
         """Follow it for some pieces; tell whether there is more to come."""
         if self._crossings is None:
-            check_problem(
-                self._problem, y0, self._problem.forms[0], self._clock,
-                {f"events[{self._name!r}]": looked_at(self._event, self._problem)},
-            )  # fmt: skip
+            check_problem(self._problem, y0, self._problem.forms[0], self._clock)
+            function = looked_at(self._event, self._problem)
+            check_watched(self._problem, y0, {f"events[{self._name!r}]": function})
             self._path = ExactPath(self._problem, y0, 0.0, 0.0)
             self._crossings = ExactCrossings(
                 self._path, {self._name: self._event}, 0.0, math.copysign(1.0, self._end),
