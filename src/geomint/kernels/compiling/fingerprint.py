@@ -46,6 +46,7 @@ _CALLABLES = (
         type(np.sum),
     ),
 )
+_STATE = operator.attrgetter("dtype", "shape", "strides", "flags.writeable")
 _FOREIGN: Any = ctypes.CFUNCTYPE(None).__base__
 _kernels: dict[types.FunctionType, str] = {}
 _changes = itertools.count()
@@ -177,7 +178,7 @@ class Reach(Contents):
             return self.other(value)
         flags = value.flags
         if isinstance(value, np.ndarray | np.void):
-            self._steady(_array_state, value)
+            self._steady(lambda x: (*_STATE(x), x.tobytes()), value)
             contiguous = flags.c_contiguous or flags.f_contiguous
             self.kept = self.kept and contiguous and value.nbytes <= BY_ADDRESS
         words, _ = super().array(value)
@@ -242,10 +243,6 @@ def _unchanged(value: list[Any] | dict[Any, Any] | set[Any]) -> Callable[[], boo
 
     before = items()
     return lambda: len(now := items()) == len(before) and all(map(operator.is_, now, before))
-
-
-def _array_state(value) -> tuple[Any, ...]:
-    return value.dtype, value.shape, value.strides, value.flags.writeable, value.tobytes()
 
 
 def _pointer_state(value) -> tuple[Any, ...]:

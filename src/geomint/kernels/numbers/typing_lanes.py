@@ -5,6 +5,7 @@ lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithm
 """
 
 import functools
+import itertools
 import operator
 
 from llvmlite import ir
@@ -94,12 +95,9 @@ def _register_binary(functions, emit, result):
             )
             return emit(builder, x, y)
 
-        for left, right in (
-            (LANE_VALUE, LANE_VALUE),
-            (LANE_VALUE, types.Number),
-            (types.Number, LANE_VALUE),
-        ):
-            lower_builtin(function, left, right)(lower)
+        for pair in itertools.product((LANE_VALUE, types.Number), repeat=2):
+            if LANE_VALUE in pair:
+                lower_builtin(function, *pair)(lower)
 
 
 COMPARISONS = {

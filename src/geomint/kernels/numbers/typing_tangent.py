@@ -8,6 +8,7 @@ lanes, a tangent number of eight directions costs about three plain numbers. The
 from __future__ import annotations
 
 import functools
+import itertools
 import operator
 from typing import Any
 
@@ -211,14 +212,9 @@ def _register(function, result, emit):
         assert to is not None
         return emit(to, *_operands(context, builder, to, sig.args, args))
 
-    for left, right in (
-        (TangentType, TangentType),
-        (TangentType, types.Number),
-        (types.Number, TangentType),
-        (TangentType, LANE_VALUE),
-        (LANE_VALUE, TangentType),
-    ):
-        lower_builtin(function, left, right)(lower)
+    for pair in itertools.product((TangentType, types.Number, LANE_VALUE), repeat=2):
+        if TangentType in pair:
+            lower_builtin(function, *pair)(lower)
 
 
 def _binary(emit):
