@@ -176,6 +176,9 @@ def test_recorded_functions_are_functions() -> None:
     exec("even = gi.helper(lambda n: n == 0 or odd(n - 1))", space)
     exec("odd = gi.helper(lambda n: n != 0 and even(n - 1))", space)
     assert space["even"].fingerprint != space["odd"].fingerprint
+    exec("one, two = gi.helper(lambda n: two(n)), gi.helper(lambda n: back(n))", space)
+    seen = {space.update(back=space[name]) or space["one"].fingerprint for name in ("one", "two")}
+    assert len(seen) == 2
 
 
 def test_code_of_edited_sources_is_not_kept(
