@@ -48,9 +48,7 @@ class Contents:
 
     def __init__(self) -> None:
         self.place = ""
-        self._met: dict[
-            int, tuple[bytes | int, Any]
-        ] = {}  # with the value, so that its id stays its own
+        self._met: dict[int, tuple[bytes | int, Any]] = {}  # with values: their ids stay their own
         self._depth = 0
 
     def of(self, value) -> bytes:
@@ -76,7 +74,7 @@ class Contents:
         return getattr(self, next(known, "other"))(value)
 
     def function(self, function: types.FunctionType) -> Made:
-        """Modules whose attributes it reads are told by their names."""
+        """Return its code and what it finds; modules that it reads from are told by their names."""
         paths, followed = described(function.__code__).paths, not _stamped(home_of(function))
         short = (path._replace(attributes=()) for path in paths if path.cell or followed)
         return self.body(function, dict.fromkeys(short))

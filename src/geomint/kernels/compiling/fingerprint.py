@@ -30,22 +30,14 @@ import numpy as np
 from .code import described, framed
 from .contents import MISSING, Contents, Made, Wrapped, attribute, home_of, name_of
 
-LIBRARIES = {"numpy", "numba", "llvmlite"}  # their versions are part of the cache folder's name
 PACKAGE = __name__.partition(".")[0]  # which imports its public names on demand
-COMPILER = tuple(
-    f"{PACKAGE}.kernels.{room}." for room in ("compiling", "numbers")
-)  # so are its sources
+# What the cache folder's name stands for: by the versions, and by the sources.
+LIBRARIES = {"numpy", "numba", "llvmlite"}
+COMPILER = (f"{PACKAGE}.kernels.compiling.", f"{PACKAGE}.kernels.numbers.")
 KERNELS = (f"{PACKAGE}.kernels.", f"{PACKAGE}.methods.")  # sources that no process changes
 BY_ADDRESS = 10**6  # bytes; larger arrays numba does not copy into the code
-_CALLABLES = (
-    *(
-        types.BuiltinFunctionType,
-        types.MethodDescriptorType,
-        types.WrapperDescriptorType,
-        np.ufunc,
-        type(np.sum),
-    ),
-)
+_BUILTIN = types.BuiltinFunctionType | types.MethodDescriptorType | types.WrapperDescriptorType
+_CALLABLES: Any = _BUILTIN | np.ufunc | type(np.sum)
 _STATE = operator.attrgetter("dtype", "shape", "strides", "flags.writeable")
 _FOREIGN: Any = ctypes.CFUNCTYPE(None).__base__
 _kernels: dict[types.FunctionType, str] = {}
