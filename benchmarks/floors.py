@@ -143,6 +143,17 @@ def call(row: str) -> Found:
     return Found(statistics.geometric_mean(found), note)
 
 
+def beside_steps() -> Found:
+    """Return what a call with a tolerance takes beside its steps, new over old."""
+    old, new = (
+        [a - b for a, b in zip(*x, strict=True)]
+        for x in zip(timed("tolerance"), timed("its-steps"), strict=True)
+    )
+    medians = [1e6 * statistics.median(each) for each in (old, new)]
+    ratio = statistics.geometric_mean(b / a for a, b in zip(old, new, strict=True))
+    return Found(ratio, f"{medians[0]:.4g} to {medians[1]:.4g} µs")
+
+
 @functools.cache
 def cold_drift() -> Found:
     """Return the processor seconds of a cold drift report, new over old."""
@@ -254,6 +265,7 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "solve": Floor(0.2, lambda: call("solve")),
         "observe": Floor(0.1, lambda: call("observe")),
         "physical-end": Floor(0.2, lambda: call("physical-end")),
+        "tolerance": Floor(0.25, beside_steps),
         "integrator": Floor(1.0, lambda: call("integrator")),
         "steps": Floor(1.02, lambda: call("steps")),
         "cold-drift": Floor(0.95, cold_drift),

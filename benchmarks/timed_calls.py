@@ -65,6 +65,20 @@ def by_tolerance(seed: int) -> Call:
     return partial(gi.solve, ball(), y0, t_end=100.0, method="auto", tolerance=1e-9)
 
 
+def its_steps(seed: int) -> Call:
+    """Return the steps of that run alone."""
+    y0 = ball().random_state(seed)
+    found = by_tolerance(seed)()
+    given = {"method": found.method, "step": abs(found.step)}
+    made = gi.Integrator(ball(), y0, **given)
+
+    def again() -> None:
+        made.reset()
+        made.step(found.steps)
+
+    return again
+
+
 def four_steps(seed: int) -> Call:
     """Return four steps of an integrator that is there."""
     made = gi.Integrator(sphere(), sphere().random_state(seed), "gauss-8", step=STEP)
@@ -85,6 +99,7 @@ ROWS: dict[str, Callable[[int], Call]] = {
     "default-step": default_step,
     "physical-end": physical_end,
     "tolerance": by_tolerance,
+    "its-steps": its_steps,
     "integrator": four_steps,
     "steps": many_steps,
 }
