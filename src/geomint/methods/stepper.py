@@ -90,6 +90,11 @@ class Stepper:
         return self.flow.rows
 
     @property
+    def compiled(self) -> bool:
+        """Whether steps are those of compiled code."""
+        return self.flow.compiled
+
+    @property
     def fixed_step(self) -> Stepper:
         """What takes steps of given lengths."""
         return self

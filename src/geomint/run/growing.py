@@ -36,7 +36,7 @@ class Growing:
         carried = self._carried
         sweep = growth_sweep(carried.kernel, carried.functions, carried.manifold, carried.numbers)
         self._sweep = sweep.call(
-            self._stepper.flow.compiled,
+            self._stepper.compiled,
             **carried.arguments,
             sums=self._sums,
             carries=self._carries,

@@ -226,7 +226,7 @@ class Integrator:
         rows = self.problem.rows
         if self.method.adaptive:
             raise MethodError(f"method {self.method.name!r} takes no steps of a given length")
-        if not self.stepper.flow.compiled:
+        if not self.stepper.compiled:
             raise DomainError("compiled", False, "True: directions are carried by compiled code")
         if isinstance(tangents, int | np.integer) and not isinstance(tangents, bool):
             tangents = np.eye(rows)[:, : whole("tangents", tangents, 1, rows)]

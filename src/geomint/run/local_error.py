@@ -108,7 +108,7 @@ class Ranked:
         self._known: dict[int, tuple[float, float, int]] = {}  # of records before it: see `_place`
         self._short: list[tuple[Array, float, float, int]] = []  # stretches without ranks
         self.second: Second | None = None
-        self.compiled = stepper.flow.compiled
+        self.compiled = stepper.compiled
         self.end, self.final = integrator.time, stepper.state  # with the clock, where there is one
         self.window = 2 if stepper.flow.ranked else min(integrator.method.order + 1, LONGEST)
         self.power = 2.0 if stepper.flow.ranked else 1.0

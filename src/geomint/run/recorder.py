@@ -367,7 +367,7 @@ class Recorder:
         if self._nodes is None:
             return None
         nodes = Saved.joined(self._nodes, len(self._stepper.state))
-        return Kept(nodes.times, nodes.states, self._timeline.h, self._stepper.flow.compiled)
+        return Kept(nodes.times, nodes.states, self._timeline.h, self._stepper.compiled)
 
     def _kept(self) -> Saved:
         """Return the saved states: those at wanted times, as they were asked for; or with the last."""

@@ -41,7 +41,7 @@ class Second:
         first = self._stretches[0]
         steps = abs((end - first.start) / (self._longer * first.h))
         alone = threading.active_count() == 1 and cores() > 1
-        if steps > LONG and alone and self._integrator.stepper.flow.compiled:
+        if steps > LONG and alone and self._integrator.stepper.compiled:
             self._end = end
             given = self._new(), end  # before the run may change its stepper
             self._thread = threading.Thread(target=self._run, args=given, daemon=True)

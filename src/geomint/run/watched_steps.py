@@ -133,7 +133,7 @@ def fastest_of(
     """Return the state, with its time, from which rates turn around soonest."""
     found, least, problem = None, math.inf, made.problem
     for y, time in places:
-        rate_at = rates_of(problem, y, made.stepper.flow.compiled)
+        rate_at = rates_of(problem, y, made.stepper.compiled)
         rates = rate_at(problem, y, time)
         turning = turning_time(problem, y, rates, time, rate_at, NEAR * abs(made.h))
         if turning <= least:

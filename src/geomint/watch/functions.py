@@ -81,7 +81,7 @@ class Sweep:
         """Compile, or find in the cache, all functions, and evaluate them where the run begins."""
         if self._series is not None:
             return
-        run, problem, compiled = self._run, self._run.problem, self._run.stepper.flow.compiled
+        run, problem, compiled = self._run, self._run.problem, self._run.stepper.compiled
         groups = grouped((f.function for f in self._functions.values()), run.samples)
         functions, width = [written(*group) for group in groups], len(groups[0])
         self._write = writer(problem, functions, width, compiled)

@@ -85,7 +85,7 @@ class InvariantMeasure(StepsAgain):
         state = run.state[: base.rows].copy()
         if off_base(run.problem, base, run.state[: run.problem.rows], run.time):
             return run
-        h, compiled = run.stepper.h, run.stepper.flow.compiled
+        h, compiled = run.stepper.h, run.stepper.compiled
         flow = method.on(base, state, run.time, compiled=compiled)
         return replace(run, problem=base, state=state, stepper=flow.begin(state, run.time, h))
 
@@ -97,7 +97,7 @@ class InvariantMeasure(StepsAgain):
         sweep = measure_sweep(
             carried.kernel, carried.functions, density, carried.manifold, carried.numbers
         )
-        return sweep.call(stepper.flow.compiled, density=density, **carried.arguments)
+        return sweep.call(stepper.compiled, density=density, **carried.arguments)
 
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the level below which nothing can be seen."""

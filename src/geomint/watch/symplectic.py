@@ -66,7 +66,7 @@ class SymplecticDefect(StepsAgain):
             carried.kernel, carried.functions, form, carried.manifold, carried.numbers
         )
         constant = int(self._constant)
-        return sweep.call(stepper.flow.compiled, form=form, constant=constant, **carried.arguments)
+        return sweep.call(stepper.compiled, form=form, constant=constant, **carried.arguments)
 
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the noise of a step."""
