@@ -6,6 +6,7 @@ from ..arguments import Array
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..run.accuracy.asked import choose_for
+from ..run.asked import Asked
 from ..run.promise import Setting
 from ..scene.scene import Scene
 
@@ -22,17 +23,11 @@ def chosen_for(
     content = scene.content
     if content.integrate.tolerance is None:
         return None
-    asked = {
-        "t0": 0.0,
-        "t_end": content.time.t_end,
-        "tau_end": content.time.tau_end,
-        "t_eval": t_eval,
-        "clock": clock,
-        "observe": observe,
-        "compiled": True,
-    }
-    tolerance = content.integrate.tolerance
-    return choose_for(problem, state, scene.method, None, tolerance, asked)
+    time, method = content.time, scene.method
+    asked = Asked(
+        0.0, time.t_end, time.tau_end, method, t_eval=t_eval, clock=clock, observe=observe
+    )
+    return choose_for(problem, state, asked, content.integrate.tolerance)
 
 
 def wanted_step(scene: Scene, problem: Problem, state: Array) -> tuple[Method, float | None]:

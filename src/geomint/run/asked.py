@@ -1,15 +1,67 @@
 """What is asked of a run, and what of it makes no sense: the same for runs with steps and without."""
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 from ..arguments import Array, switch, whole
 from ..errors import DomainError
+from ..methods import Method
 from ..problems.problem import Problem
+from .callback import Callback
 from .restart import Restart
 from .solution import Solution
 from .timeline import Timeline, evaluation_times
 
 OPTIONAL = ("clock", "progress", "keep_states")  # switches that are chosen where nobody has said
+
+
+class Asked(NamedTuple):
+    """What is asked of one run: the arguments of `geomint.solve`, and what `solve` adds.
+
+    Attributes
+    ----------
+    admitted : array, optional
+        The initial state made canonical, where that has been done.
+    turning : bool
+        Whether steps whose iteration does not converge are taken by what the method has for them;
+        else they end the run.
+    given : bool
+        Whether the user has given the step.
+    confirmed : bool
+        Whether a second run shall tell the error at the end.
+    breaks : tuple of float
+        As `breaks_of` returns them; they may lie beyond the end.
+    halved : float
+        The step of a run with breaks of whose steps each is halved.
+    most : float
+        Iterations, from which on it is a `StepLimitError`.
+    """
+
+    t0: float = 0.0
+    t_end: float | None = None
+    tau_end: float | None = None
+    method: str | Method | None = None
+    step: float | None = None
+    t_eval: Any = None
+    tau_eval: Any = None
+    dense: bool = False
+    events: Any = None
+    save_every: int | None = None
+    observe: Any = ()
+    observe_every: int = 1
+    clock: bool | None = None
+    callback: Callback | None = None
+    estimate_error: bool = False
+    breaks: tuple[float, ...] = ()
+    longest: float | None = None
+    progress: bool | None = None
+    compiled: bool = True
+    admitted: Array | None = None
+    turning: bool = True
+    given: bool = True
+    confirmed: bool = False
+    halved: float = 0.0
+    most: float = math.inf
 
 
 def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:

@@ -1,8 +1,7 @@
 """Runs that begin anew, with a shorter step, until errors are what they shall be."""
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from ..arguments import Array
 from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
+from .asked import Asked
 from .callback import Ending
 from .error_estimate import label
 from .growth import (
@@ -37,21 +37,19 @@ QUIET = {
     **dict.fromkeys(("t_end", "tau_end", "t_eval", "tau_eval", "events", "save_every", "callback")),
     **{"observe": (), "dense": False, "estimate_error": False, "progress": False},
 }
-Solved = Callable[..., Solution]
+Solved = Callable[[Asked], Solution]
 
 
-def begun_anew(
-    solved: Solved, chosen: Setting, named: Mapping[str, Any]
-) -> tuple[Solution, Setting]:
+def begun_anew(solved: Solved, chosen: Setting, asked: Asked) -> tuple[Solution, Setting]:
     """Return what `solved` does with a step, or shorter ones, until errors are what they shall be.
 
     Each step's, as far as they are promised, and that at the end, as a second run tells. A callback
     sees one run.
     """
-    once = not isinstance(named["callback"], Ending | None)
-    most = MOST_STEPS if named["compiled"] else FEW_STEPS
-    found, chosen = _succeeded(solved, chosen, named, most, once)
-    wanted, begin = chosen.wanted, named["t0"] if label(found)[0] == "t" else 0.0
+    once = not isinstance(asked.callback, Ending | None)
+    most = MOST_STEPS if asked.compiled else FEW_STEPS
+    found, chosen = _succeeded(solved, chosen, asked, most, once)
+    wanted, begin = chosen.wanted, asked.t0 if label(found)[0] == "t" else 0.0
     if not found.success or found.steps == 0:
         return found, chosen
     before, expected, most = None, math.inf, max(most, LONGEST * found.steps)
@@ -60,7 +58,7 @@ def begun_anew(
             p = found.method.order
             sizes, other, ratio = None, second_end(found), longer(p) ** p
             if isinstance(found.method, Adaptive):
-                sizes, other, ratio = _looser(found, solved, chosen, named, begin)
+                sizes, other, ratio = _looser(found, solved, chosen, asked, begin)
         except KeyboardInterrupt:  # of a run that is done
             return found, chosen
         if other is not None:
@@ -79,7 +77,7 @@ def begun_anew(
             break
         before, former = found, chosen
         try:
-            found, chosen = _succeeded(solved, shorter, {**named, "confirmed": False}, most, once)
+            found, chosen = _succeeded(solved, shorter, asked, most, once, False)
         except StepError:  # of the shorter one alone
             break
         if not found.success:
@@ -89,7 +87,7 @@ def begun_anew(
             if isinstance(found.ranked, Ranked):
                 sizes = None
             elif isinstance(before.ranked, Ranked):
-                sizes, other, ratio = _looser(found, solved, chosen, named, begin)
+                sizes, other, ratio = _looser(found, solved, chosen, asked, begin)
             else:
                 ratio = 1.0 / STRICTER
             off = math.inf
@@ -104,15 +102,21 @@ def begun_anew(
 
 
 def _succeeded(
-    solved: Solved, chosen: Setting, named: Mapping[str, Any], most: float, once: bool
+    solved: Solved,
+    chosen: Setting,
+    asked: Asked,
+    most: float,
+    once: bool,
+    confirmed: bool = True,
 ) -> tuple[Solution, Setting]:
     """Return what `solved` does with a step, or with the first shorter one that does not fail."""
     for failures in range(1 if once else FAILURES):
         by = chosen.asked
+        by["confirmed"] &= confirmed
         if once or failures > GUESSED:
             by["turning"] = True
         try:
-            return solved(**{**by, **named}), chosen
+            return solved(asked._replace(**by)), chosen
         except TOO_LONG as error:
             shorter = error.partial and chosen.shorter(error.partial, most)
             if once or not shorter or failures + 1 == FAILURES:
@@ -122,7 +126,7 @@ def _succeeded(
 
 
 def _looser(
-    found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
+    found: Solution, solved: Solved, chosen: Setting, asked: Asked, begin: float
 ) -> tuple[Array | None, Array | None, float]:
     """Return sizes of pieces, and the end of a run with larger local tolerances, that errs more.
 
@@ -130,12 +134,12 @@ def _looser(
     """
     accuracy, name, end = chosen.accuracy, label(found)[0], end_time(found)
     doubted = accuracy is None or accuracy.note != "" or accuracy.reason == UNEVEN
-    own, none = named["t0"] if found.problem.time == "t" else 0.0, (None, None, 1.0)
+    own, none = asked.t0 if found.problem.time == "t" else 0.0, (None, None, 1.0)
     if chosen.state is None or not (doubted or may_grow(found, chosen.state, own)):
         return none
     given = {f"{name}_end": end, f"{name}_eval": np.linspace(begin, end, LOOKS)[1:]}
     try:
-        states = solved(**{**named, **QUIET, **given, **chosen.looser()}).y
+        states = solved(asked._replace(**{**QUIET, **given, **chosen.looser()})).y
     except StepError:
         return none
     return sizes_of(found, *states), states[-1], 1.0 / STRICTER

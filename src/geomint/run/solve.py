@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ..arguments import Array, finite, positive
+from ..arguments import finite, positive
 from ..errors import DomainError, StepError, StepLimitError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, find_solver
@@ -21,7 +21,7 @@ from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run, Watcher
 from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
-from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
+from .asked import Asked, check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .begun_anew import begun_anew
 from .breaks import breaks_of, divided
 from .callback import Callback, asked_to_end, check_callback
@@ -43,7 +43,6 @@ from .step_notes import may_lose, tell_long_steps, tell_lost_integrals, tell_sho
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
-CHOSEN = ("problem", "y0", "method", "step", "tolerance", "breaks")  # arguments before a run
 AS_NEW = "begin a new run from the last state, whose step is chosen anew"
 MANY = 3e7  # iterations in another time, where those in its own are not known
 BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
@@ -175,28 +174,27 @@ def solve(
     WatcherError
         Likewise, where what watches a quantity fails, or the callback.
     """
-    known = locals()  # the arguments: nothing else has a name yet
-    named = {name: known[name] for name in known if name not in CHOSEN}
-    named["longest"] = None if longest is None else positive("longest", longest)
-    if breaks is not None:
-        named["breaks"] = breaks_of(breaks, problem, finite("t0", t0), t_end, tau_end)
-    asked = tolerance is not None or is_auto(method)
-    if not asked and (step is not None or isinstance(problem, Solution)):
-        found = _solved(problem, y0, method=method, step=step, **named)
+    longest = None if longest is None else positive("longest", longest)
+    inside = () if breaks is None else breaks_of(breaks, problem, finite("t0", t0), t_end, tau_end)
+    asked = Asked(
+        t0, t_end, tau_end, method, step, t_eval, tau_eval, dense, events, save_every, observe,
+        observe_every, clock, callback, estimate_error, inside, longest, progress, compiled,
+    )  # fmt: skip
+    chooses = tolerance is not None or is_auto(method)
+    if not chooses and (step is not None or isinstance(problem, Solution)):
+        found = _solved(problem, y0, asked)
         former = Setting.of_former(problem) if isinstance(problem, Solution) else None
         if former is not None:
             _leave(found, former)
             if not former.kept(found, confirmed=False) and found.local_error is not None:
                 tell_errors(found.local_error, found.about.time, AS_NEW)
         return found
-    for name in ("events", "observe"):  # a run may begin more than once
-        if isinstance(named[name], Iterator):
-            named[name] = list(named[name])
-    if asked:
-        chosen = choose_for(problem, y0, method, step, tolerance, named)
-    else:
-        chosen = Setting.default(method, problem)
-    solution, chosen = _begun(problem, y0, chosen, named)
+    # A run may begin more than once.
+    events, observe = (list(x) if isinstance(x, Iterator) else x for x in (events, observe))
+    asked = asked._replace(given=False, events=events, observe=observe)
+    by = choose_for(problem, y0, asked, tolerance) if chooses else None
+    chosen = by or Setting.default(method, problem)
+    solution, chosen = _begun(problem, y0, chosen, asked)
     kept, accuracy = chosen.kept(solution), chosen.accuracy
     solution.accuracy, measured = accuracy, estimated(solution)
     if chosen.wanted is not None and not met(solution, chosen.wanted):
@@ -216,19 +214,19 @@ def solve(
 
 
 def _begun(
-    problem: Problem | Solution, y0: Any, chosen: Setting, named: Mapping[str, Any]
+    problem: Problem | Solution, y0: Any, chosen: Setting, asked: Asked
 ) -> tuple[Solution, Setting]:
     """Return a run in the time that was chosen, or in its own where the other does not serve."""
-    solved = partial(_solved, problem, y0, given=False)
+    solved = partial(_solved, problem, y0)
     own, other, wanted = chosen.own, chosen.problem, chosen.wanted
     if own is None or other is None or wanted is None:
-        return begun_anew(solved, chosen, named)
+        return begun_anew(solved, chosen, asked)
     found = None
     with contextlib.suppress(StepError):
-        solved = partial(_solved, other, y0, given=False, most=min(own.iterations, MANY))
-        found, last = begun_anew(solved, chosen, {**named, "clock": None})
+        known = asked._replace(clock=None, most=min(own.iterations, MANY))
+        found, last = begun_anew(partial(_solved, other, y0), chosen, known)
     if found is None or (found.success and not met(found, wanted)):
-        return _begun(problem, y0, own, named)
+        return _begun(problem, y0, own, asked)
     return found, last
 
 
@@ -238,52 +236,19 @@ def _leave(found: Solution, chosen: Setting) -> None:
         found.restart = replace(found.restart, wanted=chosen.promise)
 
 
-def _solved(
-    problem: Problem | Solution,
-    y0: Any,
-    *,
-    t0: float,
-    t_end: float | None = None,
-    tau_end: float | None = None,
-    method: str | Method | None,
-    step: float | None = None,
-    t_eval: Any = None,
-    tau_eval: Any = None,
-    dense: bool = False,
-    events: Any = None,
-    save_every: int | None = None,
-    observe: Any = (),
-    observe_every: int = 1,
-    clock: bool | None,
-    callback: Callback | None = None,
-    estimate_error: bool = False,
-    breaks: tuple[float, ...] = (),
-    longest: float | None,
-    progress: bool | None,
-    compiled: bool,
-    admitted: Array | None = None,
-    turning: bool = True,
-    given: bool = True,
-    confirmed: bool = False,
-    halved: float = 0.0,
-    most: float = math.inf,
-) -> Solution:
-    """Return what `solve` does with a step, or the default one, once.
-
-    `admitted` is y0 made canonical, where that has been done. `turning`: whether steps whose iteration
-    does not converge are taken by what the method has for them; else they end the run. `given`: whether
-    the user has given the step. `confirmed`: whether a second run shall tell the error at the end.
-    `breaks`, as `breaks_of` returns them, may lie beyond the end; `halved` is the step of a run with
-    them of whose steps each is halved. `most`: iterations, from which on it is a `StepLimitError`.
-    """
+def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
+    """Return what `solve` does with a step, or the default one, once."""
     check_switches(
-        compiled=compiled,
-        dense=dense,
-        estimate_error=estimate_error,
-        clock=clock,
-        progress=progress,
+        compiled=asked.compiled,
+        dense=asked.dense,
+        estimate_error=asked.estimate_error,
+        clock=asked.clock,
+        progress=asked.progress,
     )
-    t0, before = finite("t0", t0), None
+    method, step, clock, compiled = asked.method, asked.step, asked.clock, asked.compiled
+    t_eval, tau_eval, breaks, longest = asked.t_eval, asked.tau_eval, asked.breaks, asked.longest
+    observe_every, given = asked.observe_every, asked.given
+    t0, before = finite("t0", asked.t0), None
     if isinstance(problem, Solution):
         former, problem = problem, problem.problem
         before = restart_of(former, clock, y0=y0, t0=t0 or None, method=method, step=step)
@@ -295,19 +260,21 @@ def _solved(
         chosen.check_fits(problem, False)
         check_no_steps(
             step=step,
-            save_every=save_every,
-            callback=callback,
-            estimate_error=estimate_error or None,
+            save_every=asked.save_every,
+            callback=asked.callback,
+            estimate_error=asked.estimate_error or None,
             breaks=breaks or None,
             longest=longest,
         )
     if longest is not None and isinstance(chosen, Adaptive):
         chosen = replace(chosen, max_step=min(chosen.max_step, longest))
-    check_estimate(estimate_error, before)
-    state = y0 if before is not None else problem.canonical(y0) if admitted is None else admitted
-    bar = Progress(progress, None, chosen.name)
+    check_estimate(asked.estimate_error, before)
+    state = y0 if before is not None else asked.admitted
+    state = problem.canonical(y0) if state is None else state
+    bar = Progress(asked.progress, None, chosen.name)
     with bar if step is None else contextlib.nullcontext():  # what it follows from is compiled
-        for_run, rest = (problem, chosen, state, t_end, tau_end), (t0, before, compiled, breaks)
+        for_run = problem, chosen, state, asked.t_end, asked.tau_end
+        rest = t0, before, compiled, breaks
         timeline = plan_timeline(*for_run, step, *rest)
         if longest is not None and abs(timeline.h) > longest * (1.0 + 1e-9):
             if given and not (chosen.adaptive and step is None):
@@ -315,10 +282,11 @@ def _solved(
             timeline = plan_timeline(*for_run, longest, *rest)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
-    watched = {} if type(observe) is tuple and not observe else choose_watchers(problem, observe)
-    if save_every is not None or observe_every != 1:
-        check_counts(watched, save_every, observe_every)
-    looked_for, callback = choose_events(events), check_callback(callback)
+    nothing = type(asked.observe) is tuple and not asked.observe
+    watched = {} if nothing else choose_watchers(problem, asked.observe)
+    if asked.save_every is not None or observe_every != 1:
+        check_counts(watched, asked.save_every, observe_every)
+    looked_for, callback = choose_events(asked.events), check_callback(asked.callback)
     if exact:
         seen = check_problem(problem, state, problem.forms[0], with_clock)
     else:
@@ -335,18 +303,20 @@ def _solved(
             wanted=wanted_times(problem, timeline, motion.physical, motion.own, t_eval, tau_eval),
             by_clock=problem.time == "tau" and t_eval is not None,
             clock=wanted_clock,
-            dense=dense,
+            dense=asked.dense,
             events=looked_for,
             watched=watched,
             observe_every=observe_every,
-            progress=progress,
+            progress=asked.progress,
             compiled=compiled,
         )
     stepper = flow.begin(state, timeline.start, timeline.h, timeline.own_end)
-    stepper.turning = turning
+    stepper.turning = asked.turning
     integrator = Integrator.of(stepper, t0, before)
     least = 1 if given else 2  # in a stretch: a second run has longer steps
-    stretches = divided(integrator, timeline, breaks, halved, least) if breaks else (timeline,)
+    stretches = (
+        divided(integrator, timeline, breaks, asked.halved, least) if breaks else (timeline,)
+    )
     if len(stretches) > 1:
         integrator._go_on(stretches[0])
         before = before and replace(before, done=0)
@@ -372,10 +342,10 @@ def _solved(
         timeline,
         stretches,
         observers,
-        save_every,
+        asked.save_every,
         observe_every,
         wanted,
-        dense,
+        asked.dense,
         crossings,
     )
     bar.total = recorder.length
@@ -388,15 +358,15 @@ def _solved(
         brief = known and len(stretches) == 1 and timeline.expected * problem.rows <= BRIEF
         bar.begin(brief)
         account = Account()
-        second = recorder.second() if confirmed else None
+        second = recorder.second() if asked.confirmed else None
         if second is not None and timeline.own_end is not None:
             second.begin(timeline.own_end)
 
         def asked_to_end_here() -> bool:
             bar.update(recorder.progress)
-            if integrator.iterations > most:
+            if integrator.iterations > asked.most:
                 numbers = integrator.time, integrator.steps, 0.0, integrator.iterations
-                raise StepLimitError(*numbers, f"{most:g} iterations")
+                raise StepLimitError(*numbers, f"{asked.most:g} iterations")
             return callback is not None and asked_to_end(callback, recorder.told())
 
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
@@ -423,22 +393,15 @@ def _solved(
         tell_long_steps(problem, chosen, state, timeline)
     elif given and step is not None and may_lose(solution, True):
         tell_lost_integrals(solution, state, timeline.start, given, compiled)
-    if estimate_error:
-        again = partial(
-            _solved,
-            problem,
-            y0,
-            t0=t0,
-            clock=clock,
-            breaks=breaks,
-            longest=longest,
-            progress=progress,
-            compiled=compiled,
-            given=given,
-            halved=timeline.h,
-        )
+    if asked.estimate_error:
+        plain = Asked(
+            t0, clock=clock, breaks=breaks, longest=longest, progress=asked.progress,
+            compiled=compiled, given=given, halved=timeline.h,
+        )  # fmt: skip
         begin = t0 if label(solution)[0] == "t" else 0.0
-        solution.error_estimate = error_estimate(solution, again, begin)
+        solution.error_estimate = error_estimate(
+            solution, lambda **ends: _solved(problem, y0, plain._replace(**ends)), begin
+        )
     return solution
 
 

@@ -6,9 +6,6 @@ eccentricity 0.7 takes about as long in both times, one of 0.98 a tenth to a fif
 (`benchmarks/another_time.py`).
 """
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from ...errors import DomainError, FormError
@@ -19,6 +16,7 @@ from ...problems.time_scale import characteristic_time, names_time
 from ...problems.time_transformation import time_transformed
 from ...watch.functions import Function
 from ...watch.observe import choose_watchers
+from ..asked import Asked
 from ..events import choose_events, quantity
 from ..promise import Setting
 
@@ -26,11 +24,11 @@ LONG = 1e6  # iterations of a run: of shorter ones trials in the other time save
 UNEVEN = 25.0  # times the step: characteristic times in the mean
 DEARER = 5.0  # times: an iteration that evaluates σ as well, with the trials in both times
 STEPS = "steps are even in another time"
-OWN = ("breaks", "longest", "callback", "tau_eval")  # arguments that know the problem's own time
+OWN = ("longest", "callback", "tau_eval")  # arguments that know the problem's own time
 
 
 def in_another_time(
-    chosen: Setting, problem: Problem, asked: Mapping[str, Any], compiled: bool
+    chosen: Setting, problem: Problem, asked: Asked, compiled: bool
 ) -> tuple[Problem, float] | None:
     """Return the problem in the time "speed", and dt/dτ in the mean, where that may serve; else None.
 
@@ -39,12 +37,13 @@ def in_another_time(
     state, states = chosen.state, chosen.states
     if not chosen.free or chosen.step is None or state is None or states is None:
         return None
-    own = problem.time == "tau" or any(asked.get(name) is not None for name in OWN)
+    own = problem.time == "tau" or len(asked.breaks) > 0
+    own = own or any(getattr(asked, name) is not None for name in OWN)
     known = problem.diagnostics.values()  # all, as a run that goes on may ask for others
     timed = names_time(problem) or any(VALUE.reads(f, "t") for f in known)
     if own or timed or chosen.iterations < LONG or not _named(problem, asked):
         return None
-    if abs(asked["t0"]) > abs(asked["t_end"] - asked["t0"]):  # a clock that began there rounds more
+    if abs(asked.t0) > abs((asked.t_end or 0.0) - asked.t0):  # a clock that began there rounds more
         return None
     rate_at = rates_of(problem, state, compiled)
     try:
@@ -69,11 +68,11 @@ def better(chosen: Setting, other: Setting, problem: Problem) -> Setting:
     return other._replace(problem=problem, accuracy=accuracy, own=chosen)
 
 
-def _named(problem: Problem, asked: Mapping[str, Any]) -> bool:
+def _named(problem: Problem, asked: Asked) -> bool:
     """Tell whether all that is looked at is a quantity or a component of the problem, by name."""
     own = problem.diagnostics.values()
-    watched = choose_watchers(problem, asked["observe"]).values()
-    for event in choose_events(asked["events"]).values():
+    watched = choose_watchers(problem, asked.observe).values()
+    for event in choose_events(asked.events).values():
         if not isinstance(event.what, str):
             return False
         quantity(problem, event.what)  # an error names this problem
