@@ -207,7 +207,7 @@ def controlled(
     layout: Callable[..., Any],
     sizes: dict[str, Any],
     work_rows: int,
-) -> AdaptiveFlow:
+) -> Flow:
     """Return the flow that chooses its steps, of a method whose flow of given steps is `given`.
 
     Parameters
@@ -245,16 +245,13 @@ def controlled(
         pieces=p.pieces,  # the clock is a piece of its own
         numbers=numbers.data,
     )
-    return AdaptiveFlow(
-        problem=p.problem,
-        clock=p.clock,
-        compiled=p.compiled,
+    return p.flow(
+        AdaptiveFlow,
         kernel=kernel,
         functions=given.functions,
         coefficients=coefficients,
-        fractions=given.fractions,
-        memory=sum(adaptive_memory(p.rows + 1, derivative_rows)),
-        work=sum(adaptive_work(p.rows, derivative_rows, work_rows)),
+        memory=adaptive_memory(p.rows + 1, derivative_rows),
+        work=adaptive_work(p.rows, derivative_rows, work_rows),
         evaluations=table.stages,
         given=given,
         allowed=allowed,

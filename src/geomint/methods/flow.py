@@ -118,11 +118,12 @@ class Flow:
         self.rows = self.problem.rows + self.clock
         self.proven = False  # whether compiled code is known to give the numbers of plain Python
         self.calls: dict[Any, Any] = {}  # of code that runs beside the steps, or takes them
-        self._reaches = [(f, f.reach) for f in (self.kernel, *(b.recorded for b in self.functions))]
+        reached = {f.reach: None for f in (self.kernel, *(b.recorded for b in self.functions))}
+        self._reached = [reach for reach in reached if reach.can_change]
 
     def holds(self) -> bool:
         """Tell whether all that its functions reach is still as it was."""
-        return all(f.reach is reach for f, reach in self._reaches)
+        return all(reach.holds() for reach in self._reached)
 
     def prepare(self) -> Call:
         """Compile, or find in the cache, what takes steps."""

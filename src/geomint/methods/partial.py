@@ -21,7 +21,10 @@ from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..problems.bound import bound
 from ..problems.problem import Problem
 from .flow import Flow
-from .stepper import Advance, Stepper
+from .stepper import NOTHING, Advance, Stepper
+
+
+LARGE = 1 << 12  # numbers
 
 
 def rounding(time: Array | float) -> Array:
@@ -99,25 +102,29 @@ def own_blocks(flow: Flow) -> dict[str, Block]:
     }
 
 
-def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Any:
-    """Return what a kernel returns that drives a stepper's flow; None where steps fail.
+def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Advance:
+    """Return what a kernel did that drives a stepper's flow, turned to its other kernel at need.
 
     Compiled code lets other threads run: each has a call of its own, and what that changes.
     """
     while True:
         flow = stepper.flow
         key = kernel.recorded, threading.get_ident()
-        call = flow.calls.get(key)
-        if call is None:
-            names = dict(kernel.signature.arguments)
-            known = {**driven(flow), **own_blocks(flow), "ends": ends_of(flow.problem)}
-            own = {name: value for name, value in known.items() if name in names}
-            call = flow.calls[key] = kernel.call(flow.compiled, **own)
-        found = call(**given)
-        if found[0] == OK:
+        call: Call = flow.calls.get(key) or flow.calls.setdefault(key, _made(flow, kernel))
+        found = Advance(*call(**given))
+        if found.status != NOT_CONVERGED or not stepper.turn(flow):
+            large = {k: NOTHING for k, x in given.items() if type(x) is Block and len(x) > LARGE}
+            call.set(**large)  # which is not to be held until the next one
             return found
-        if found[0] != NOT_CONVERGED or not stepper.turn(flow):
-            return None
+
+
+def _made(flow: Flow, kernel: Bound) -> Call:
+    problem, names = flow.problem, kernel.signature.names
+    known = {**driven(flow), **own_blocks(flow), **polynomial_of(flow), "ends": ends_of(problem)}
+    if problem.clock is not None:
+        known["rate"] = bound(problem, problem.clock, VALUE)
+    known["scratch"] = scalar_block(problem.work)
+    return kernel.call(flow.compiled, **{name: known[name] for name in names if name in known})
 
 
 def ends_of(problem: Problem) -> Block:
@@ -143,39 +150,10 @@ def inside_of(flow: Flow) -> dict[str, Any]:
 
 
 class PartialSteps:
-    """Partial steps of one stepper, which they do not disturb; adaptive ones at given lengths.
-
-    Compiled code lets other threads run, so that each has calls of its own, and what these change.
-    """
+    """Partial steps of one stepper, which they do not disturb; adaptive ones at given lengths."""
 
     def __init__(self, stepper: Stepper) -> None:
         self._stepper = stepper.fixed_step
-        self._own: dict[Any, Call] = {}
-
-    def _call(self, clock: bool) -> Call:
-        """Return what takes the steps, compiled or found when it is asked for first."""
-        flow, calls = self._stepper.flow, self._own
-        key = "to_clock" if clock else "partial"
-        own = key, flow, threading.get_ident()
-        if own not in calls:
-            if key not in flow.calls:
-                flow.calls[key] = self._made(clock)
-            calls[own] = call = flow.calls[key].copy()
-            call.set(**own_blocks(flow))
-            if clock:
-                powers = polynomial_of(flow)["powers"]
-                call.set(powers=powers, scratch=scalar_block(flow.problem.work))
-        return calls[own]
-
-    def _made(self, clock: bool) -> Call:
-        """Return a call for all runs of the method: what it changes is set by each."""
-        flow = self._stepper.flow
-        problem = flow.problem
-        if not clock:
-            return PARTIAL.call(flow.compiled, **driven(flow))
-        assert problem.clock is not None
-        given = {**driven(flow), **polynomial_of(flow)}
-        return TO_CLOCK.call(flow.compiled, **given, rate=bound(problem, problem.clock, VALUE))
 
     def to_times(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:
         """Return the states at the problem's own times, each from its node.
@@ -184,36 +162,32 @@ class PartialSteps:
         """
         gaps = wanted - nodes.times[at]
         gaps[np.abs(gaps) <= rounding(wanted)] = 0.0
-        states, error = self._taken(False, nodes, at, gaps, lengths=Block(gaps))
+        states, error = self._taken(PARTIAL, nodes, at, gaps, lengths=Block(gaps))
         return Found(wanted[: len(states)], states, error)
 
     def to_clock(self, nodes: Nodes, at: Integers, wanted: Array) -> Found:
         """Return the problem's own times and the states at times of the clock, each from its node."""
         gaps = np.zeros(len(wanted))
         given = {"wanted": Block(wanted.copy()), "roundings": Block(rounding(wanted))}
-        states, error = self._taken(True, nodes, at, gaps, lengths=Block(gaps), **given)
+        states, error = self._taken(TO_CLOCK, nodes, at, gaps, lengths=Block(gaps), **given)
         return Found((nodes.times[at] + gaps)[: len(states)], states, error)
 
     def _taken(
-        self, clock: bool, nodes: Nodes, at: Integers, gaps: Array, **given: Block
+        self, kernel: Bound, nodes: Nodes, at: Integers, gaps: Array, **given: Block
     ) -> tuple[Array, StepError | None]:
         count, rows = len(at), nodes.states.shape[1]
         out = scalar_block(count * rows)
-        while True:
-            flow = self._stepper.flow
-            asked = Advance(
-                *self._call(clock)(
-                    span=self._stepper.h,
-                    states=Block(nodes.states.reshape(-1)),
-                    times=Block(nodes.times),
-                    nodes=Block(at.astype(np.float64)),
-                    count=count,
-                    out=out,
-                    **given,
-                )
-            )
-            if asked.status != NOT_CONVERGED or not self._stepper.turn(flow):
-                break
+        asked = beside(
+            self._stepper,
+            kernel,
+            span=self._stepper.h,
+            states=Block(nodes.states.reshape(-1)),
+            times=Block(nodes.times),
+            nodes=Block(at.astype(np.float64)),
+            count=count,
+            out=out,
+            **given,
+        )
         states = out.data.reshape(count, rows)
         if asked.status == OK:
             return states, None

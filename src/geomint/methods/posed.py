@@ -49,9 +49,11 @@ class Posed(NamedTuple):
     lengths: tuple[float, ...] = (1.0,)
     starts: tuple[float, ...] = (0.0,)
 
-    def flow(self, *, memory: Iterable[int], work: Iterable[int], **own: Any) -> Flow:
+    def flow(
+        self, kind: type[Flow] = Flow, *, memory: Iterable[int], work: Iterable[int], **own: Any
+    ) -> Flow:
         """Return the flow of a kernel; `memory` and `work` are layouts, `own` its other attributes."""
-        return Flow(
+        return kind(
             problem=self.problem,
             clock=self.clock,
             compiled=self.compiled,

@@ -12,7 +12,7 @@ from ..kernels.compiling.clock import running_clock
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.status import OK
 from .integrator import Integrator
-from .recorder import Account, Recorder
+from .recorder import NEVER, Account, Recorder
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64  # steps, before it is known what one takes
@@ -46,7 +46,7 @@ def drive(
         first = integrator.done
         count = chunk if steps is None else min(chunk, steps - first)
         needed = (count // stride + 2) * width
-        if len(out) < needed:
+        if len(out) < needed and (stride < NEVER or not stepper.length):
             out = scalar_block(needed)
         begun = running_clock()
         asked, good = integrator.take(count, stride, out, whole)

@@ -48,18 +48,12 @@ class Call:
         Of all arguments.
     code : Code, optional
         What runs. Without it plain Python does.
-
-    Attributes
-    ----------
-    owner : object
-        Whose arguments these are, where several share a call.
     """
 
     def __init__(
         self, function: Callable[..., Any], names: tuple[str, ...], code: Code | None = None
     ) -> None:
         self._function, self._code = function, code
-        self.owner: Any = None
         self._values: dict[str, Any] = dict.fromkeys(names)
         self._addresses: dict[str, Any] = {}
         if code is None:
@@ -81,7 +75,7 @@ class Call:
         """Return a call of the same with the same arguments, for instance for another thread."""
         other = Call.__new__(Call)
         other.__dict__.update(self.__dict__)  # what `copy.copy` does in five times the time
-        other._values, other.owner = dict(self._values), None
+        other._values = dict(self._values)
         if self._code is not None:
             other._own(list(self._numbers))
         return other

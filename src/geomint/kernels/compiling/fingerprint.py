@@ -81,6 +81,11 @@ class Reach(Contents):
             digest.update(_process + str(next(_changes)).encode())
         self.fingerprint = digest.hexdigest()[:24]
 
+    @property
+    def can_change(self) -> bool:
+        """Whether there is anything to look at again: not of kernels alone."""
+        return bool(self._names or self.functions or self._cells or self._tests)
+
     def holds(self) -> bool:
         """Tell whether all of it is still as it was: in a few microseconds for most functions."""
         for space, name, value in self._names.values():

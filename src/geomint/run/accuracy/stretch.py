@@ -14,6 +14,7 @@ import numpy as np
 
 from ...arguments import Array
 from ...kernels.numbers.blocks import Block
+from ...kernels.solve.status import OK
 from ...kernels.solve.trial import PARTING, TRIAL
 from ...methods.partial import beside, ends_of
 from ...methods.stepper import Stepper
@@ -104,10 +105,10 @@ def stretch(
         sizes=Block(sizes),
         errors=Block(errors),
     )
-    if done is None:
+    if done.status != OK:
         return None
     times, fine = COARSE * each * step * np.arange(1.0, count + 1.0), out.reshape(2, count, rows)[1]
-    return _shown(Stretch(times, errors, done[2], fine), motion)
+    return _shown(Stretch(times, errors, done.iterations, fine), motion)
 
 
 def _shown(found: Stretch, motion: Motion) -> Stretch | None:
