@@ -23,7 +23,6 @@ from ..problems.problem import Problem
 from .flow import Flow
 from .stepper import NOTHING, Advance, Stepper
 
-
 LARGE = 1 << 12  # numbers
 
 
