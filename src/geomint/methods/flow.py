@@ -67,7 +67,7 @@ class Kernel(NamedTuple):
 class Flow:
     """A kernel, and all of its arguments that depend on neither state nor step.
 
-    `flow_of` makes it once for a problem and a method, and keeps it with the problem.
+    `Method.on` makes it once for a problem and a method, and keeps it with the problem.
 
     Attributes
     ----------
