@@ -115,6 +115,16 @@ def test_values_and_code_have_fingerprints_of_their_own() -> None:
 
 
 @pytest.mark.nojit
+def test_what_holds_itself_is_told_apart() -> None:
+    """Though each part is as far as the other one's from what it holds."""
+    a, b, c, d, e = ([float(i)] for i in (1, 2, 1, 2, 2))
+    first, second = [a, b], [c, e]
+    for one, other in ((a, b), (b, a), (c, d), (d, c), (e, second)):
+        one.append(other)
+    told = {gi.helper(lambda x, top=top: x + top[0][0]).fingerprint for top in (first, second)}
+    assert len(told) == 2
+
+
 def test_what_is_as_it_was_is_not_walked_again() -> None:
     """A second look compares; names that are set to an equal value lead to the same fingerprint."""
     f, space = of("return K * A[0]", K=2.0, A=np.array([1.0]))
@@ -185,7 +195,6 @@ def test_code_of_edited_sources_is_not_kept(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Looked at when it is wanted, and when it is written: what was imported may be another text."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
 
     def kept(factor: float, name: str) -> bool:
         def function(params, t, y, out, work):
@@ -195,6 +204,8 @@ def test_code_of_edited_sources_is_not_kept(
         gi.pointwise(gi.field(function), [], [[1.0]], rows=1)
         return any(path.name.startswith(f"{name}-") for path in tmp_path.rglob("*.nbc"))
 
+    kept(2.0, "usual")  # the kernel that calls it is kept where others look
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert kept(3.0, "before")
     times = {path: (0, *rest) for path, (_, *rest) in cache.STARTED.items()}
     monkeypatch.setattr(cache, "sources", lambda: times)

@@ -46,6 +46,11 @@ def small(params, t, y, out, work):
 
 
 @gi.field
+def power_of_a_root(params, t, y, out, work):
+    out[0], out[1] = TEN**MINUS_THREE * gi.sqrt(y[1]), 0.0
+
+
+@gi.field
 def whole_numbers(params, t, y, out, work):
     """Where they are right: powers with positive exponents, counts, quotients."""
     s = 0.0
@@ -68,6 +73,15 @@ def problem(f: Any) -> gi.Problem:
 def test_other_numbers_are_refused(f: Any, method: str) -> None:
     with np.errstate(over="ignore"), pytest.raises(gi.DeclarationError, match="other numbers"):
         gi.solve(problem(f), [1.0, 0.5], t_end=1.0, step=0.1, method=method)
+
+
+@pytest.mark.parametrize("method", ["rk-4", "dop853-adaptive"])
+def test_a_run_that_fails_shows_nothing(method: str) -> None:
+    """The next one is looked at."""
+    two, states = problem(power_of_a_root), [[1.0, -1.0], [1.0, 1.0]]
+    many = gi.solve_ensemble(two, states, t_end=1.0, step=0.1, method=method)
+    assert isinstance(many.errors[0], gi.NonFiniteError)
+    assert isinstance(many.errors[1], gi.DeclarationError)
 
 
 def test_what_agrees_runs() -> None:

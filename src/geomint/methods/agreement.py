@@ -29,7 +29,7 @@ def check_agreement(stepper: Stepper) -> None:
     """Raise `DeclarationError` unless a first step, a short one, has the same bits compiled and not.
 
     Once for the functions of a problem in a process, by the method that meets them first. A step that
-    fails is not judged: the run will report it.
+    fails is not judged: the run will report it, and the next one is looked at.
     """
     flow = stepper.flow.fixed
     key = tuple((f.recorded.fingerprint, f.rows) for f in flow.functions)
@@ -41,13 +41,12 @@ def check_agreement(stepper: Stepper) -> None:
             try:
                 result = alone.advance(0, 1, 2, scalar_block(0))
             except (ArithmeticError, ValueError):
-                break
+                return
             if result.status != OK:
-                break
+                return
             ends.append(alone.state)
-        if len(ends) == 2:
-            _compare(flow.problem.name, *ends)
-            _agreeing.add(key)
+        _compare(flow.problem.name, *ends)
+        _agreeing.add(key)
     stepper.flow.proven = True
 
 

@@ -123,10 +123,11 @@ def _check_once(
     problem: Problem, f: Recorded, signature: Signature, y: Array, role: str, **others: int
 ) -> str:
     now = f.fingerprint
-    if is_new(problem, (signature, now)):
+    seen = *signature.names, now
+    if is_new(problem, seen):
         own = next((name for name, g in _values(problem) if g.function is f.function), role)
         _watched(problem, own or f.function.__name__, f, signature, y, **others)
-        remember(problem, (signature, now))
+        remember(problem, seen)
     return now
 
 

@@ -38,7 +38,7 @@ class Wrapped:
 
 
 class Contents:
-    """Digests of values. What has been met is known by identity; what holds itself, by how far up.
+    """Digests of values. What has been met is known by identity; what holds itself, by its number.
 
     Attributes
     ----------
@@ -48,24 +48,19 @@ class Contents:
 
     def __init__(self) -> None:
         self.place = ""
-        self._met: dict[int, tuple[bytes | int, Any]] = {}  # with values: their ids stay their own
-        self._depth = 0
+        self._met: dict[int, tuple[bytes, Any]] = {}  # with the value, so that its id stays its own
 
     def of(self, value) -> bytes:
         """Return what is the same for values that are made of the same, and for no others."""
         if type(value) in CONSTANTS:
             return constant(value)
         found, _ = self._met.get(id(value), (None, None))
-        if isinstance(found, int):
-            return b"%d" % (self._depth - found)
         if found is None:
-            self._depth += 1
-            self._met[id(value)] = self._depth, value
+            self._met[id(value)] = b"%d" % len(self._met), value
             place, (words, parts) = self.place, self.parts(value)
             said = (word if isinstance(word, bytes) else str(word).encode() for word in words)
             found = hashlib.sha256(framed(framed(*said), *map(self.of, parts))).digest()
             self._met[id(value)], self.place = (found, value), place
-            self._depth -= 1
         return found
 
     def parts(self, value) -> Made:

@@ -27,16 +27,19 @@ class Compared:
 
 def same(one, other) -> bool:
     """Tell whether two values are equal, with functions and arrays anywhere in them."""
-    contents = _Both()
-    return one is other or contents.of(one) == contents.of(other)
+    told: list[Any] = []
+    return one is other or _Both(told).of(one) == _Both(told).of(other)
 
 
 class _Both(Contents):
-    """What two values are made of, down to objects that say themselves what they are equal to."""
+    """What one of two values is made of, down to objects that say what they are equal to.
 
-    def __init__(self) -> None:
+    These are `told` to the other one.
+    """
+
+    def __init__(self, told: list[Any]) -> None:
         super().__init__()
-        self._told: list[Any] = []
+        self._told = told
 
     def unknown(self, value) -> Made:
         """Return the number of the first object that is equal, if it can tell."""

@@ -49,7 +49,7 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
         most = max(line.steps or 0 for line in lines) // shared["save_every"]
         all_kept = asked.keep_states and not asked.streamed
         check_room(asked.members if all_kept else len(given), most, first.rows)
-    made = _prepared(asked, first, given.states[0], lines[0], clock)
+    made = _prepared(asked, given, lines[0], clock)
     sweep = _Sweep(
         made.stepper, given, lines, shared["t0"] if clock else None, shared["save_every"]
     )
@@ -105,14 +105,17 @@ def _watched(made: Integrator, given: Members, k: int, line: Timeline, sign: flo
     return WatchedSteps(made)
 
 
-def _prepared(
-    asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool
-) -> Integrator:
-    """Return the integrator of the first member, compiled and checked as that of a single run."""
-    flow = asked.method.on(problem, state, line.start, clock)
-    integrator = Integrator.of(flow.begin(state, line.start, line.h, line.own_end))
-    integrator.prepare()
-    return integrator
+def _prepared(asked: Asked, given: Members, line: Timeline, clock: bool) -> Integrator:
+    """Return the integrator of the first member, compiled and checked as that of a single run.
+
+    Others are looked at where the first step of that one fails, which shows nothing.
+    """
+    states = given.states
+    flow = asked.method.on(given.problem(0), states[0], line.start, clock)
+    for state in states[:MEMBERS]:
+        if not flow.proven:
+            flow.begin(state, line.start, line.h).prepare()
+    return Integrator.of(flow.begin(states[0], line.start, line.h, line.own_end))
 
 
 class _Sweep:
