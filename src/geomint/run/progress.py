@@ -15,7 +15,7 @@ from ..errors import SpeedWarning, tell
 from ..kernels.compiling.clock import running_clock
 from .compiling_line import CompilingLine, on_terminal
 
-_DELAY = 1.0
+_DELAY, _BRIEF = 1.0, 2e-3
 WHEN_RUNNING: list[Callable[[], object]] = []  # called, once, when the next run has begun
 HOUR, DAY = 3600.0, 86400.0
 _UNITS = (("years", 365.25 * DAY), ("days", DAY), ("hours", HOUR), ("minutes", 60.0))
@@ -52,7 +52,7 @@ class Progress:
         self._show = show
         self.compile_seconds = 0.0
         self.total, self._label = total, label
-        self._start = running_clock()
+        self._start, self.brief = running_clock(), False
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
@@ -111,16 +111,22 @@ class Progress:
         if self._compiling is not None:
             self._compiling.clear()
 
-    def begin(self, brief: bool = False) -> None:
+    def begin(self, soon: bool = False) -> None:
         """Start the clock of the run, after compilation, and take Ctrl-C over.
 
-        Not of a `brief` run, which is over before anybody can have pressed a key because of it.
+        If it is updated `soon`, then alone, and if it has lasted some time: else it is over before
+        anybody can have pressed a key because of it.
         """
         self._clear()
         while WHEN_RUNNING:
             WHEN_RUNNING.pop()()
-        self._start = running_clock()
-        if not brief and threading.current_thread() is threading.main_thread():
+        self._start, self.brief = running_clock(), soon
+        if not soon:
+            self._take_over()
+
+    def _take_over(self) -> None:
+        self.brief = False
+        if threading.current_thread() is threading.main_thread():
             handler = signal.getsignal(signal.SIGINT)
             if handler is signal.default_int_handler:  # else somebody has taken it over already
                 self._handler = handler
@@ -138,6 +144,8 @@ class Progress:
             self._interrupted = False
             raise KeyboardInterrupt
         elapsed = max(running_clock() - self._start, 1e-9)
+        if self.brief and elapsed > _BRIEF:
+            self._take_over()
         if elapsed > self._next_look:
             self._look(done, elapsed)
         if (self._bar is None and elapsed < _DELAY) or not self.shown:

@@ -27,7 +27,7 @@ from .breaks import breaks_of, divided
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained, still
 from .crossings import Crossings
-from .driver import drive
+from .driver import FIRST_CHUNK, drive
 from .error_estimate import check_estimate, error_estimate, label
 from .events import Event, choose_events, looked_at
 from .exact.follow import ExactRun, check_no_steps
@@ -45,7 +45,7 @@ from .wanted import Wanted
 
 AS_NEW = "begin a new run from the last state, whose step is chosen anew"
 MANY = 3e7  # iterations in another time, where those in its own are not known
-BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
+BRIEF = 4096  # numbers of the first steps, where only compiled code runs: milliseconds
 
 
 @explained
@@ -354,9 +354,8 @@ def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
         bar.expect(flow.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
         own = callback is not None or any(type(w) is not Function for w in watched.values())
-        known = compiled and not own and not chosen.adaptive and timeline.own_end is not None
-        brief = known and len(stretches) == 1 and timeline.expected * problem.rows <= BRIEF
-        bar.begin(brief)
+        known = compiled and not own and not chosen.adaptive and len(stretches) == 1
+        bar.begin(known and FIRST_CHUNK * problem.rows <= BRIEF)
         account = Account()
         second = recorder.second() if asked.confirmed else None
         if second is not None and timeline.own_end is not None:
@@ -372,7 +371,7 @@ def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         if second is not None and status != "success":
             second.give_up()
-        if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
+        if bar.brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
             raise KeyboardInterrupt
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if (
