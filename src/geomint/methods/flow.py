@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -164,15 +165,11 @@ class Flow:
         derivatives has no other kernel.
         """
         with _TURNING:
-            if "other" not in self.calls:
-                found = None
-                if self.make_other is not None:
-                    try:
-                        own = self.make_other()._asdict()
-                        found = replace(self, **own, newton=True, make_other=None)
-                        found.prepare()
-                    except DeclarationError:
-                        found = None
-                self.calls["other"] = found
-            known: Flow | None = self.calls["other"]
-            return known
+            if self.make_other is not None and "other" not in self.calls:
+                self.calls["other"] = None
+                with suppress(DeclarationError):
+                    own = self.make_other()._asdict()
+                    found = replace(self, **own, newton=True, make_other=None)
+                    found.prepare()
+                    self.calls["other"] = found
+            return self.calls.get("other")

@@ -109,7 +109,7 @@ def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Advance:
     while True:
         flow = stepper.flow
         key = kernel.recorded, threading.get_ident()
-        call: Call = flow.calls.get(key) or flow.calls.setdefault(key, _made(flow, kernel))
+        call = flow.calls.get(key) or flow.calls.setdefault(key, _made(flow, kernel))
         found = Advance(*call(**given))
         if found.status != NOT_CONVERGED or not stepper.turn(flow):
             large = {k: NOTHING for k, x in given.items() if type(x) is Block and len(x) > LARGE}
@@ -118,8 +118,11 @@ def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Advance:
 
 
 def _made(flow: Flow, kernel: Bound) -> Call:
-    problem, names = flow.problem, kernel.signature.names
-    known = {**driven(flow), **own_blocks(flow), **polynomial_of(flow), "ends": ends_of(problem)}
+    problem, names, between = flow.problem, kernel.signature.names, flow.between
+    known = {**driven(flow), **own_blocks(flow), "ends": ends_of(problem)}
+    # The function that writes the whole step's polynomial, if there is one, and room for it.
+    known["polynomial"] = bound_polynomial(*([between.polynomial] if between else []))
+    known["powers"] = scalar_block(flow.rows * between.powers if between else 0)
     if problem.clock is not None:
         known["rate"] = bound(problem, problem.clock, VALUE)
     known["scratch"] = scalar_block(problem.work)
@@ -129,13 +132,6 @@ def _made(flow: Flow, kernel: Bound) -> Call:
 def ends_of(problem: Problem) -> Block:
     """Return where the pieces of the state end."""
     return Block(np.cumsum([float(rows) for _, rows in problem.pieces]))
-
-
-def polynomial_of(flow: Flow) -> dict[str, Any]:
-    """Return the function that writes the whole step's polynomial, and room for it, if there is one."""
-    known = [flow.between.polynomial] if flow.between else []
-    powers = scalar_block(flow.rows * (flow.between.powers if flow.between else 0))
-    return {"polynomial": bound_polynomial(*known), "powers": powers}
 
 
 def inside_of(flow: Flow) -> dict[str, Any]:

@@ -77,13 +77,12 @@ class Posed(NamedTuple):
     @property
     def field(self) -> Bound:
         """The bound field, with the clock's rate if it is integrated."""
-        problem, n = self.problem, self.rows
-        field = problem.field
+        problem, field = self.problem, self.problem.field
         if self.clock:
             assert problem.clock is not None
             field = generator_beside(field, problem.clock, problem.rows, problem.rows)
         assert field is not None  # Method.check_fits has refused others
-        return bound(problem, field, FIELD, y=n, out=n)
+        return bound(problem, field, FIELD, y=self.rows, out=self.rows)
 
     @property
     def action(self) -> tuple[Bound, Group]:
@@ -120,9 +119,8 @@ class Posed(NamedTuple):
     @property
     def _rate(self) -> Bound:
         """The bound clock, or one that stands still."""
-        problem = self.problem
-        clock = problem.clock if self.clock and problem.clock is not None else no_clock
-        return bound(problem, clock, VALUE)
+        clock = self.problem.clock if self.clock else None
+        return bound(self.problem, clock or no_clock, VALUE)
 
     def group_sizes(self, group: Group, stages: int) -> dict[str, int | Array]:
         """Return what the coefficients of a method of groups hold beside its tableau."""

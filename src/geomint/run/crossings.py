@@ -103,15 +103,15 @@ class Crossings:
 
     def _make(self, signs: Mapping[str, Block]) -> None:
         """Make the calls, with the signs that events have had last."""
-        self._flow, problem = self._stepper.flow, self._problem
-        flow, common = self._flow, driven(self._flow)
+        flow, problem = self._stepper.flow, self._problem
+        self._flow = flow
         room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (flow.rows + 2)))
         for name, event in self._events.items():
             row = event.row(problem)
             function = looked_at(event, problem) if row < 0 else component_at(0)  # never called
             self._calls[name] = EVENTS.call(
                 flow.compiled,
-                **{**common, **own_blocks(flow), **inside_of(flow)},
+                **{**driven(flow), **own_blocks(flow), **inside_of(flow)},
                 event=bound(problem, function, VALUE),
                 component=row,
                 level=event.level,

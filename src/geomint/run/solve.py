@@ -217,10 +217,9 @@ def _begun(
     problem: Problem | Solution, y0: Any, chosen: Setting, asked: Asked
 ) -> tuple[Solution, Setting]:
     """Return a run in the time that was chosen, or in its own where the other does not serve."""
-    solved = partial(_solved, problem, y0)
     own, other, wanted = chosen.own, chosen.problem, chosen.wanted
     if own is None or other is None or wanted is None:
-        return begun_anew(solved, chosen, asked)
+        return begun_anew(partial(_solved, problem, y0), chosen, asked)
     found = None
     with contextlib.suppress(StepError):
         known = asked._replace(clock=None, most=min(own.iterations, MANY))
@@ -371,7 +370,9 @@ def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         if second is not None and status != "success":
             second.give_up()
-        if bar.brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
+        if (
+            bar.brief and watched and status == "interrupted"
+        ):  # anywhere, perhaps between two windows
             raise KeyboardInterrupt
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if (
