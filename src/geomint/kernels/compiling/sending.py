@@ -196,7 +196,6 @@ def _fill(function: types.FunctionType, state: tuple[Any, ...]) -> None:
     function.__name__, function.__qualname__ = names
 
 
-@functools.cache
 def cloudpickle():
     """Return the module cloudpickle, or None where it is not installed."""
     try:
