@@ -250,7 +250,7 @@ def find(
     Parameters
     ----------
     inside, places, known : function, block, block
-        What tells of a step inside, see `geomint.methods.stepper.Between`, and room for it, or none.
+        What tells of a step inside, see `geomint.methods.flow.Between`, and room for it, or none.
     event, component, level, y, free : function, int, float, block, block
         The event as an observable; the row that it is in its place, so that its values are as smooth as
         that, or −1; the value that is looked for; room for a state as it takes it; its scratch.

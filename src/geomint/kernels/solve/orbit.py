@@ -27,7 +27,7 @@ NEARBY = 2.0**-6  # of a step: a partial step begins on another one so near
 NOTE = 8
 NINE = 9  # values at 0, ⅛, … 1; there is room for their differences beside them
 DOUBT = 16.0  # times the difference of two interpolations: for one number it may be small by chance
-INSIDE = 16  # numbers a row, see `geomint.methods.stepper.Between`
+INSIDE = 16  # numbers a row, see `geomint.methods.flow.Between`
 
 # What does not change along a run: the stepper, the event, the nodes. What is remembered of the steps
 # from the nodes, of the first ones or of none, and of the step before them. Where signs and events go.

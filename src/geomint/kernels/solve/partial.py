@@ -85,7 +85,7 @@ def partial(
     Parameters
     ----------
     write, table, whole, begun, span : function, block, block, block, float
-        How partial steps begin, see `geomint.methods.stepper.Between`, or `cold` with an empty table;
+        How partial steps begin, see `geomint.methods.flow.Between`, or `cold` with an empty table;
         memory and coefficients of the whole step from a node, which is as long as the way to the next
         node, or `span` from the last.
     states, times : block
@@ -173,7 +173,7 @@ def to_clock(
     Parameters
     ----------
     polynomial, powers : function, block
-        The whole step's polynomial, see `geomint.methods.stepper.Between`, and room for it.
+        The whole step's polynomial, see `geomint.methods.flow.Between`, and room for it.
     wanted, roundings : block, shape (count,)
         Times of the clock, and how near is near enough: implicit steps of a length in the last bits of
         the time would only add noise.
