@@ -120,12 +120,12 @@ def beside(stepper: Stepper, kernel: Bound, **given: Any) -> Advance:
 def _made(flow: Flow, kernel: Bound) -> Call:
     problem, names, between = flow.problem, kernel.signature.names, flow.between
     known = {**driven(flow), **own_blocks(flow), "ends": ends_of(problem)}
+    known["scratch"] = scalar_block(problem.work)
     # The function that writes the whole step's polynomial, if there is one, and room for it.
     known["polynomial"] = bound_polynomial(*([between.polynomial] if between else []))
     known["powers"] = scalar_block(flow.rows * between.powers if between else 0)
     if problem.clock is not None:
         known["rate"] = bound(problem, problem.clock, VALUE)
-    known["scratch"] = scalar_block(problem.work)
     return kernel.call(flow.compiled, **{name: known[name] for name in names if name in known})
 
 

@@ -112,9 +112,9 @@ class Posed(NamedTuple):
     @property
     def splitting(self) -> tuple[tuple[Bound, ...], int]:
         """(Flow, clock) and the number of parts."""
-        problem, form = self.problem, self.problem.splitting
+        form = self.problem.splitting
         assert form is not None
-        return (bound(problem, form.flow, FLOW), self._rate), form.parts
+        return (bound(self.problem, form.flow, FLOW), self._rate), form.parts
 
     @property
     def _rate(self) -> Bound:

@@ -184,7 +184,7 @@ class Stepper:
     def _advanced(
         self, first: int, count: int, every: int, out: Block, whole: bool, ranks: Block
     ) -> Advance:
-        call, rows, t0 = self._prepared(), self.rows, self.t0
+        call, t0 = self._call or self._prepared(), self.t0
         if self.end is not None:
             t0 = self.last_begin(t0, self.h, first + count, self.end)
         if t0 != self.t0 and count > 1:
@@ -192,7 +192,7 @@ class Stepper:
             if done.status != OK:
                 return done
             last = first + count - 1
-            saved = (last // every - first // every) * (len(self.memory) if whole else rows)
+            saved = (last // every - first // every) * (len(self.memory) if whole else self.rows)
             out = part(out, saved, len(out) - saved)
             final = self._advanced(last, 1, every, out, whole, ranks)
             both = done.steps + final.steps, done.iterations + final.iterations
@@ -200,11 +200,11 @@ class Stepper:
         given = {"first": first, "count": count, "every": every, "out": out, "ranks": ranks}
         if not whole and t0 == self.t0:
             return Advance(*call(**given))
-        call.set(rows=len(self.memory) if whole else rows, t0=t0)
+        call.set(rows=len(self.memory) if whole else self.rows, t0=t0)
         try:
             return Advance(*call(**given))
         finally:
-            call.set(rows=rows, t0=self.t0)
+            call.set(rows=self.rows, t0=self.t0)
 
     def last_begin(self, t0: float, h: float, steps: int, end: float | None) -> float:
         """Return t0, or some roundings less, from which the last of so many steps is counted.
