@@ -261,7 +261,7 @@ class Problem(Shown, Sendable):
         """The forms that the problem offers."""
         return tuple(form for form in FORMS if getattr(self, form) is not None)
 
-    @functools.cached_property
+    @property
     def slices(self) -> dict[str, slice]:
         """Where each piece lies in the flat state."""
         return piece_slices(self.pieces)

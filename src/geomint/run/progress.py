@@ -52,13 +52,13 @@ class Progress:
         self._show = show
         self.compile_seconds = 0.0
         self.total, self._label = total, label
-        self._start, self.brief = running_clock(), False
+        self._start = running_clock()
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
         self._asked = self._expected = 0
         self._compiling: CompilingLine | None = None
-        self._interrupted = self._at_once = False
+        self._interrupted = self._at_once = self.brief = False
         self._handler: Any = None
         self._next_look = _DELAY
 
@@ -114,8 +114,8 @@ class Progress:
     def begin(self, soon: bool = False) -> None:
         """Start the clock of the run, after compilation, and take Ctrl-C over.
 
-        If it is updated `soon`, then alone, and if it has lasted some time: else it is over before
-        anybody can have pressed a key because of it.
+        Of a run that is updated `soon`, the first update does so if some time has passed: before that
+        nobody can have pressed a key because of it.
         """
         self._clear()
         while WHEN_RUNNING:

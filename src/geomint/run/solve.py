@@ -36,7 +36,7 @@ from .integrator import Integrator
 from .local_error import Ranked, promised, tell_errors
 from .progress import Progress
 from .promise import AIM, Setting, advice, rough_error
-from .recorder import Account, Recorder
+from .recorder import NEVER, Account, Recorder
 from .result import Status
 from .solution import Solution
 from .step_notes import may_lose, tell_long_steps, tell_lost_integrals, tell_short_run
@@ -192,8 +192,8 @@ def solve(
     # A run may begin more than once.
     events, observe = (list(x) if isinstance(x, Iterator) else x for x in (events, observe))
     asked = asked._replace(given=False, events=events, observe=observe)
-    by = choose_for(problem, y0, asked, tolerance) if chooses else None
-    chosen = by or Setting.default(method, problem)
+    chosen = choose_for(problem, y0, asked, tolerance) if chooses else None
+    chosen = chosen or Setting.default(method, problem)
     solution, chosen = _begun(problem, y0, chosen, asked)
     kept, accuracy = chosen.kept(solution), chosen.accuracy
     solution.accuracy, measured = accuracy, estimated(solution)
@@ -353,8 +353,8 @@ def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
         bar.expect(flow.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
         own = callback is not None or any(type(w) is not Function for w in watched.values())
-        known = compiled and not own and not chosen.adaptive and len(stretches) == 1
-        bar.begin(known and FIRST_CHUNK * problem.rows <= BRIEF)
+        slow = own or chosen.adaptive or len(stretches) > 1
+        bar.begin(compiled and not slow and FIRST_CHUNK * problem.rows <= BRIEF)
         account = Account()
         second = recorder.second() if asked.confirmed else None
         if second is not None and timeline.own_end is not None:
@@ -370,10 +370,8 @@ def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         if second is not None and status != "success":
             second.give_up()
-        if (
-            bar.brief and watched and status == "interrupted"
-        ):  # anywhere, perhaps between two windows
-            raise KeyboardInterrupt
+        if bar.brief and recorder.stride < NEVER and status == "interrupted":
+            raise KeyboardInterrupt  # anywhere, perhaps between two windows, or saved states
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if (
         given
