@@ -36,7 +36,7 @@ from .integrator import Integrator
 from .local_error import Ranked, promised, tell_errors
 from .progress import Progress
 from .promise import AIM, Setting, advice, rough_error
-from .recorder import NEVER, Account, Recorder
+from .recorder import Account, Recorder
 from .result import Status
 from .solution import Solution
 from .step_notes import may_lose, tell_long_steps, tell_lost_integrals, tell_short_run
@@ -370,7 +370,7 @@ def _solved(problem: Problem | Solution, y0: Any, asked: Asked) -> Solution:
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         if second is not None and status != "success":
             second.give_up()
-        if bar.brief and recorder.stride < NEVER and status == "interrupted":
+        if bar.brief and (watched or asked.save_every) and status == "interrupted":
             raise KeyboardInterrupt  # anywhere, perhaps between two windows, or saved states
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if (
