@@ -147,6 +147,12 @@ def test_compiled_numbers(directions: int) -> None:
     np.testing.assert_array_equal(plain.data, rows[:, 0])
 
 
+def test_what_python_holds_follows_from_the_rows() -> None:
+    """Whichever of the types of equal blocks numba has made first, and still keeps."""
+    inner = tangent(64).memory.of_rows(4)
+    assert [type(inner)(inner.row).held.width, tangent(64).memory.held.width] == [65, 65]
+
+
 @pytest.mark.parametrize("directions", [1, pytest.param(8, marks=pytest.mark.nightly)])
 def test_compiled_lanes(directions: int) -> None:
     """Lane by lane what single numbers give."""

@@ -12,7 +12,6 @@ from ..kernels.compiling.number_types import NumberType
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block, section
-from ..kernels.solve.advance import bound_stepper
 from ..kernels.tangent.layout import (
     Sizes,
     given_block,
@@ -93,7 +92,7 @@ class Carried:
     def _take_of(self, flow: Flow) -> None:
         """Let steps be those of a flow."""
         self._taken = flow
-        self.kernel = bound_stepper(flow.kernel, flow.functions).of_type(self.numbers)
+        self.kernel = flow.bound.of_type(self.numbers)
         self.functions = tuple(f.of_type(self.numbers) for f in flow.functions)
 
     def turn(self, stepper: Stepper) -> bool:

@@ -122,6 +122,11 @@ class Flow:
         reached = {f.reach: None for f in (self.kernel, *(b.recorded for b in self.functions))}
         self._reached = [reach for reach in reached if reach.can_change]
 
+    @property
+    def bound(self) -> Bound:
+        """What takes steps, with its signature."""
+        return bound_stepper(self.kernel, self.functions)
+
     def holds(self) -> bool:
         """Tell whether all that its functions reach is still as it was."""
         return all(reach.holds() for reach in self._reached)
@@ -130,8 +135,7 @@ class Flow:
         """Compile, or find in the cache, what takes steps."""
         found: Call | None = self.calls.get("advance")
         if found is None:
-            bound = bound_stepper(self.kernel, self.functions)
-            found = bound.call(
+            found = self.bound.call(
                 self.compiled,
                 functions=self.functions,
                 params=self.params,

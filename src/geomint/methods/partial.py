@@ -13,7 +13,6 @@ from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, filled_block, scalar_block
-from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.by_address import by_address
 from ..kernels.solve.orbit import INSIDE, bound_inside
 from ..kernels.solve.partial import PARTIAL, TO_CLOCK, bound_polynomial, bound_write
@@ -81,7 +80,7 @@ def driven(flow: Flow) -> dict[str, Any]:
     between = flow.between
     return {
         "advance": by_address(tuple(f.signature for f in flow.functions)),
-        "functions": (bound_stepper(flow.kernel, flow.functions), *flow.functions),
+        "functions": (flow.bound, *flow.functions),
         "params": flow.params,
         "fractions": flow.fractions,
         "rows": flow.rows,

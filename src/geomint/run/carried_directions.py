@@ -8,7 +8,6 @@ import numpy as np
 from ..arguments import Array, as_array
 from ..errors import DomainError, NonFiniteError, StepError
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.fixed_point import SMALLEST
 from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..methods.flow import Flow
@@ -167,7 +166,7 @@ class _Group:
     def take_of(self, flow: Flow) -> None:
         """Let steps be those of a flow."""
         self.flow = flow
-        self._call = bound_stepper(flow.kernel, flow.functions).call(
+        self._call = flow.bound.call(
             number_type=self._kind,
             functions=flow.functions,
             coefficients=flow.coefficients,

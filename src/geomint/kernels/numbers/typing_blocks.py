@@ -26,23 +26,25 @@ _ALIGN = 8
 
 
 class BlockType(types.Type):
-    """A block whose rows are of type `row`; `rows` is their number where it is a constant.
+    """A block whose rows are of type `row`; `rows` is their number where it is a constant."""
 
-    `held` is the class of what Python holds.
-    """
-
-    def __init__(self, row, rows=None, held=blocks.Block):
-        self.row, self.rows, self.held = row, rows, held
+    def __init__(self, row, rows=None):
+        self.row, self.rows = row, rows
         size = "" if rows is None else f", {rows}"
         super().__init__(name=f"block({row}{size})")
 
     def of_rows(self, rows: int):
         """Return the type of those that have so many rows."""
-        return BlockType(self.row, rows, self.held)
+        return BlockType(self.row, rows)
+
+    @property
+    def held(self):
+        """The class of what Python holds."""
+        return getattr(self.row, "held", blocks.Block)
 
 
 SCALAR_BLOCK = BlockType(types.float64)
-LANE_BLOCK = BlockType(LANE_VALUE, held=blocks.LaneBlock)
+LANE_BLOCK = BlockType(LANE_VALUE)
 
 
 @register_model(BlockType)

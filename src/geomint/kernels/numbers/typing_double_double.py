@@ -14,6 +14,7 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from ..numba_inside import default_type_manager
 from . import arithmetic, circular, exponential
+from .blocks import Block
 from .double_double import DoubleDoubleBlock, multiplied
 from .instruction import overloaded
 from .typing_blocks import BlockType
@@ -26,6 +27,11 @@ class DoubleDoubleType(types.Type):
     def __init__(self, base):
         self.base = base
         super().__init__(name=f"double_double({base})")
+
+    @property
+    def held(self) -> type[Block]:
+        """The class of blocks of them that Python holds."""
+        return DoubleDoubleBlock if self.base == types.float64 else Block
 
     @property
     def parts(self) -> tuple[Any, Any]:
@@ -43,7 +49,7 @@ class DoubleDoubleType(types.Type):
 
 DD_VALUE = DoubleDoubleType(types.float64)
 DD_LANE_VALUE = DoubleDoubleType(LANE_VALUE)
-DD_BLOCK = BlockType(DD_VALUE, held=DoubleDoubleBlock)
+DD_BLOCK = BlockType(DD_VALUE)
 DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 
 

@@ -15,6 +15,7 @@ from numba.core.typing.templates import signature
 from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
+from .blocks import LaneBlock
 from .instruction import instruction, typed
 from .lanes import LANES
 
@@ -26,6 +27,8 @@ _I32 = ir.IntType(32)
 
 class LaneValueType(types.Type):
     """Eight float64 numbers."""
+
+    held = LaneBlock
 
     def __init__(self):
         super().__init__(name="lanes8")

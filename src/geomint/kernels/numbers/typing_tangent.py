@@ -21,6 +21,7 @@ from numba.core.typing.templates import signature
 from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
+from .blocks import Block
 from .instruction import instruction, overloaded, typed
 from .tangent import PARTIALS, as_tangents, tangent_block, tangent_lane_block
 from .typing_bases import Instructions
@@ -58,6 +59,13 @@ class TangentType(types.Type):
         return (1, part - 1) if part else (0,)
 
     @property
+    def held(self) -> type[Block]:
+        """The class of blocks of them that Python holds."""
+        if self.base != self.element:
+            return tangent_block(LANES * self.count)
+        return (tangent_lane_block if self.base == LANE_VALUE else tangent_block)(self.count)
+
+    @property
     def packed(self) -> bool:
         """Whether directions are in lanes."""
         return self.base != self.element
@@ -80,15 +88,14 @@ class TangentType(types.Type):
 def tangent_numbers(directions: int) -> tuple[TangentType, BlockType]:
     """Return the types of numbers with directions in lanes, and of blocks of them."""
     number = TangentType(types.float64, LANE_VALUE, directions // LANES)
-    return number, BlockType(number, held=tangent_block(directions))
+    return number, BlockType(number)
 
 
 def tangent_lanes(directions: int) -> tuple[TangentType, BlockType, BlockType]:
     """Return the types of eight numbers with so many directions, of blocks of them, and of memory."""
     one = TangentType(types.float64, types.float64, directions)
     eight = one.lanes()
-    held = tangent_block(directions), tangent_lane_block(directions)
-    return eight, BlockType(eight, held=held[1]), BlockType(one, held=held[0])
+    return eight, BlockType(eight), BlockType(one)
 
 
 @register_model(TangentType)

@@ -10,7 +10,6 @@ from ...kernels.compiling.call import Call, Code
 from ...kernels.compiling.number_types import SCALAR, NumberType, members
 from ...kernels.numbers.blocks import Block, scalar_block
 from ...kernels.numbers.lanes import LANES
-from ...kernels.solve.advance import bound_stepper
 from ...kernels.solve.members import ENDED, OPEN, members_sweep
 from ...methods.flow import Flow
 from ...methods.stepper import Stepper
@@ -227,7 +226,7 @@ def _call_of(flow: Flow, blocks: dict[str, Block]) -> Call:
 
 
 def _call_in(numbers: NumberType, flow: Flow, blocks: dict[str, Block]) -> Call:
-    kernel = bound_stepper(flow.kernel, flow.functions).of_type(numbers)
+    kernel = flow.bound.of_type(numbers)
     functions = tuple(f.of_type(numbers) for f in flow.functions)
     width = 1 if numbers is SCALAR else LANES
     held = numbers.memory.held
