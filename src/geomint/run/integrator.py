@@ -396,13 +396,13 @@ class Integrator:
         """Take steps, or raise; return how many."""
         if self._carried is not None:
             count = min(count, PIECE)
-        mark, watched = self.bookmark, self._watched
+        watched = self._watched
         if watched is not None:
             count = min(count, RANKED)
             watched.rank(count)
         asked, good = self.take(count, count + self._done + 1, self._unread)
         if self._carried is not None:
-            self._carry(self._carried, good.steps, mark)
+            self._carry(self._carried, good.steps, self.stepper.before)
             self._carried.follow(self.stepper.memory.data)
         if asked.status != OK:
             self._halve(self.failure(asked, good))
