@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import geomint as gi
 from geomint.plan import SeveralRuns, run_methods
 from geomint.plots.style import figure_style
-from geomint.report.drift_page import drift_record
-from geomint.report.kind_plots import kinds_figure
+from geomint.reports.drift_report import drift_record
+from geomint.reports.kind_plots import kinds_figure
 from machine import describe
 
 HERE = Path(__file__).parent

@@ -21,6 +21,7 @@ import json
 import os
 import resource
 import runpy
+import shlex
 import statistics
 import subprocess
 import sys
@@ -160,7 +161,7 @@ def cold_drift() -> Found:
     pairs = []
     for i in range(COLD + 1):  # in turns: who comes first in one pair comes last in the next
         both = [before(), ROOT]
-        seconds = {x: _cold_seconds(x) for x in (both if i % 2 else both[::-1])}
+        seconds = {x: _seconds(x) for x in (both if i % 2 else both[::-1])}
         pairs.append([seconds[x] for x in both])
     pairs = pairs[1:]  # the first compile the sources, too
     old, new = (statistics.median(each) for each in zip(*pairs, strict=True))
@@ -168,15 +169,19 @@ def cold_drift() -> Found:
     return Found(ratio, f"{old:.2f} to {new:.2f} s")
 
 
-def _cold_seconds(checkout: Path) -> float:
-    """Return the processor seconds of one run with an empty cache of compiled code."""
+def _seconds(checkout: Path, cache: Path | None = None) -> float:
+    """Return the processor seconds of one report: with an empty cache, or else without its steps."""
     with tempfile.TemporaryDirectory() as folder:
-        given = environment(checkout, Path(folder) / "cache")
+        given = environment(checkout, cache or Path(folder) / "cache")
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         command = [sys.executable, *DRIFT, "--out", f"{folder}/report"]
         subprocess.run(command, env=given, cwd=folder, check=True, capture_output=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
+        record = json.loads((Path(folder) / "report" / "drift.json").read_text("utf-8"))
+    (run,) = (method["run"] for method in record["methods"].values())
+    steps = 0.0 if cache is None else run["run_seconds"] + run["watching_seconds"]
+    seconds: float = after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime - steps
+    return seconds
 
 
 # --- weight --------------------------------------------------------------------------------------
@@ -194,73 +199,87 @@ def weights() -> dict[str, dict[str, int]]:
     return found
 
 
-# --- tests ----------------------------------------------------------------------------------------
+# --- the outside ----------------------------------------------------------------------------------
+
+ROOMS = ("scene", "plan", "compare", "reports", "stress", "plots", "cli")
+ROOMS += ("testing", "scipy", "references")
 
 
-def kept(name: str) -> Any:
-    """Return what a benchmark of some twenty minutes wrote when it was last run."""
-    return json.loads((ROOT / "benchmarks" / "results" / f"{name}.json").read_text("utf-8"))
-
-
-def suite_seconds() -> Found:
-    """Return the processor seconds of the fast row, new over old."""
-    rows = kept("net")["rows"]
-    old, new = (rows[name]["processor"] for name in ("before, cold", "now, cold"))
-    return Found(new / old, f"{old:.0f} to {new:.0f} s when net.py was run last")
-
-
-def suite_minutes(name: str) -> Found:
-    """Return the minutes of the fast row."""
-    return Found(kept("net")["rows"][name]["minutes"])
-
-
-def whole_check() -> Found:
-    """Return the minutes of `.ci/run` in a fresh clone."""
-    with tempfile.TemporaryDirectory() as home:
-        subprocess.run(["git", "clone", "-q", str(ROOT), home], check=True)
-        begun = time.monotonic()
-        subprocess.run([".ci/run"], cwd=home, check=True, capture_output=True)
-        return Found((time.monotonic() - begun) / 60)
-
-
-def slips(kind: str, row: str) -> Found:
-    """Return the share of faults that the tests did not see, when they were last put in."""
-    found = kept(kind)
-    harmful = [r for r in found if not (r["by"] or "").startswith("harmless")]
-    slipped = [r for r in harmful if r["by"] is None or r["row"] not in ("fast", row)]
-    note = f"{len(slipped)} of {len(harmful)}; {len(found) - len(harmful)} more do no harm"
-    return Found(len(slipped) / len(harmful), note)
-
-
-def inner_modules() -> Found:
-    """Return how many modules that are not public the tests import."""
-    sys.path.insert(0, str(ROOT))
-    from tests.test_inside import seen
-
-    return Found(len({module for names in seen().values() for module, _ in names}))
-
-
-def test_lines() -> Found:
-    """Return the code lines of the tests, without the audit and the test problems."""
+def room_lines() -> Found:
+    """Return the code lines of what is around the core."""
     weigh = runpy.run_path(str(ROOT / ".ci" / "weight.py"))["weigh"]
-    paths = [p.relative_to(ROOT / "tests") for p in (ROOT / "tests").rglob("*.py")]
-    own = [p for p in paths if p.parts[0] not in ("paper", "problems")]
-    return Found(sum(weigh((ROOT / "tests" / p).read_text("utf-8"))[0] for p in own))
+    src = ROOT / "src" / "geomint"
+    rooms = {r: [p.read_text("utf-8") for p in (src / r).rglob("*.py")] for r in ROOMS}
+    lines = {room: sum(weigh(text)[0] for text in texts) for room, texts in rooms.items()}
+    return Found(sum(lines.values()), ", ".join(f"{room} {n}" for room, n in lines.items()))
+
+
+def template_lines() -> Found:
+    """Return the lines of templates that are not blank."""
+    folder = ROOT / "src" / "geomint" / "reports" / "templates"
+    texts = [path.read_text("utf-8") for path in folder.rglob("*") if path.is_file()]
+    return Found(sum(bool(line.strip()) for text in texts for line in text.splitlines()))
+
+
+def help_seconds() -> Found:
+    """Return the seconds of ``geomint --help``: the median of ten."""
+    given, times = environment(ROOT, CACHE / "compiled-new"), []
+    for _ in range(11):
+        begun = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "geomint", "--help"], env=given, check=True, capture_output=True
+        )
+        times.append(time.perf_counter() - begun)
+    return Found(statistics.median(times[1:]))
+
+
+def shown(page: str) -> list[Any]:
+    """Return the blocks of a page of the documentation."""
+    sys.path.insert(0, str(ROOT))
+    from tests.pages import blocks
+
+    return blocks.blocks(blocks.page(page))
+
+
+def command_lines() -> Found:
+    """Return the lines of the command that a page adds."""
+    file = next(block for block in shown("add-a-command") if block.info == "python")
+    return Found(len(file.text.splitlines()))
+
+
+def own_seconds() -> Found:
+    """Return the seconds of the slowest report of one's own system, with nothing in the cache."""
+    file = next(block for block in shown("my-own-system") if block.info == "python")
+    console = next(block for block in shown("my-own-system") if block.info == "console")
+    found = {}
+    for line in console.text.splitlines():
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "mysys.py").write_text(file.text, "utf-8")
+            words = shlex.split(line.removeprefix("$ geomint "))
+            begun = time.perf_counter()
+            subprocess.run(
+                [sys.executable, "-m", "geomint", *words],
+                env=environment(ROOT, Path(folder) / "cache"),
+                cwd=folder,
+                check=True,
+                capture_output=True,
+            )
+            found[words[0]] = time.perf_counter() - begun
+    return Found(max(found.values()), ", ".join(f"{k} {v:.1f}" for k, v in found.items()))
+
+
+def warm_drift() -> Found:
+    """Return the processor seconds of a drift report without those of its steps, new over old."""
+    pairs = []
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(COLD + 1):
+            both = [_seconds(x, Path(folder) / str(k)) for k, x in enumerate((before(), ROOT))]
+            pairs.append(both)
+    old, new = (statistics.median(each) for each in zip(*pairs[1:], strict=True))
+    return Found(new / old, f"{old:.2f} to {new:.2f} s")
 
 
 FLOORS: dict[str, dict[str, Floor]] = {
-    "net": {
-        "seconds": Floor(1 / 3, suite_seconds),
-        "cold": Floor(4.0, lambda: suite_minutes("now, cold")),
-        "warm": Floor(2.0, lambda: suite_minutes("now, warm")),
-        "check": Floor(12.0, whole_check),
-        "planted": Floor(0.05, lambda: slips("planted", "fast")),
-        "planted-nightly": Floor(0.0, lambda: slips("planted", "nightly")),
-        "drawn": Floor(0.2, lambda: slips("drawn", "fast")),
-        "drawn-nightly": Floor(0.1, lambda: slips("drawn", "nightly")),
-        "modules": Floor(60, inner_modules),
-        "lines": Floor(32_000, test_lines),
-    },
     "calls": {
         "solve": Floor(0.2, lambda: call("solve")),
         "observe": Floor(0.1, lambda: call("observe")),
@@ -271,6 +290,16 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "cold-drift": Floor(0.95, cold_drift),
         "lines": Floor(44_100, lambda: weight("src", "lines")),
         "tokens": Floor(442_000, lambda: weight("src", "tokens")),
+    },
+    "outside": {
+        "rooms": Floor(8_000, room_lines),
+        "templates": Floor(300, template_lines),
+        "lines": Floor(40_850, lambda: weight("src", "lines")),
+        "tokens": Floor(409_000, lambda: weight("src", "tokens")),
+        "help": Floor(0.15, help_seconds),
+        "command": Floor(80, command_lines),
+        "own-system": Floor(15.0, own_seconds),
+        "warm-drift": Floor(0.6, warm_drift),
     },
 }
 

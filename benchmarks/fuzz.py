@@ -29,8 +29,7 @@ HERE = Path(__file__).parent
 
 PACKAGES = ["geomint", "numpy", "scipy", "numba", "pydantic", "click", "tomli_w"]
 KINDS = ("scenes", "runs", "compiled-runs", "calls", "commands", "files")
-GROUP = 50  # cases that one process does one after the other
-CAP = 20.0  # seconds after which a case has hung, compilations apart
+CAP = 60.0  # seconds after which a case has hung, compilations included
 SOFT = 4.0  # seconds after which a run is interrupted, as by Ctrl-C
 MEMORY = 6 << 30
 Case = tuple[str, int, int]
@@ -60,22 +59,21 @@ def verdict(case: Case) -> Judged:
     return run_scene(mutated_text(rng, run=True), SOFT)
 
 
-def cases(kind: str, seed: int, count: int) -> list[list[Case]]:
-    """Return all cases of a kind, in groups."""
-    numbered = [(kind, seed, number) for number in range(count)]
-    return [numbered[first : first + GROUP] for first in range(0, count, GROUP)]
+def cases(kind: str, seed: int, count: int) -> list[Case]:
+    """Return all cases of a kind."""
+    return [(kind, seed, number) for number in range(count)]
 
 
 def outcomes(kind: str, seed: int, count: int, workers: int) -> Iterator[tuple[Case, Judged]]:
     """Yield the verdict on each case of a kind."""
     os.environ["NUMBA_DISABLE_JIT"] = "1" if kind == "runs" else "0"
-    groups, cap = cases(kind, seed, count), CAP * (3.0 if kind == "commands" else 1.0)
-    for outcome in guarded(verdict, groups, seconds=cap, workers=workers, memory=MEMORY):
+    items, cap = cases(kind, seed, count), CAP * (2.0 if kind == "commands" else 1.0)
+    for outcome in guarded(verdict, items, seconds=cap, workers=workers, memory=MEMORY):
         if outcome.ending == "done":
-            yield outcome.item, outcome.value
+            yield outcome.item, outcome.told
         else:
             name = {"hung": "hang", "raised": "traceback"}.get(outcome.ending, "died")
-            yield outcome.item, Judged(name, outcome.message)
+            yield outcome.item, Judged(name, outcome.told)
 
 
 def progress(kind: str, done: int, count: int, counts: Counter[str], begun: float) -> None:

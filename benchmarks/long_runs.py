@@ -16,7 +16,7 @@ import matplotlib as mpl
 
 import geomint as gi
 from geomint.plan.several import MethodRun, SeveralRuns, run_methods
-from geomint.report.kind_plots import kinds_figure
+from geomint.reports.kind_plots import kinds_figure
 from machine import describe
 
 MEASURE_STEPS = 20_000  # the measure costs as much as tens of steps

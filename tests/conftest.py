@@ -79,7 +79,7 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     from matplotlib.figure import Figure
 
     from geomint.plots import style
-    from geomint.report import paper
+    from geomint.reports import latex
 
     def blank(figure: Figure, to: Any, **_: Any) -> None:
         if not hasattr(to, "write"):
@@ -87,4 +87,4 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(Figure, "savefig", blank)
     monkeypatch.setattr(style.Picture, "_lay_out", lambda picture: None)
-    monkeypatch.setattr(paper, "_fit_legends", lambda figure: None)
+    monkeypatch.setattr(latex, "_fit_legends", lambda figure: None)

@@ -15,12 +15,13 @@ MOST = 1024
 Array = npt.NDArray[np.float64]
 
 
-def windows_of(times: Array, values: Array, initial: float = 0.0) -> Windows:
+def windows_of(times: Array, values: Array, initial: float = 0.0, length: int = 1) -> Windows:
     """Return the windows of a series from `initial` at time 0, cut at once.
 
-    Fewer than 1024 of them, each of the least power of two of samples for which that is so.
+    Fewer than 1024 of them, each of the least power of two of samples for which that is so, and at
+    least of `length`.
     """
-    count, length = len(times), 1
+    count = len(times)
     while count // length >= MOST:
         length *= 2
     full = count - count % length
@@ -50,6 +51,7 @@ def drift_of_series(
     scale: float,
     initial: float = 0.0,
     explained: float | None = None,
+    length: int = 1,
 ) -> gi.Drift:
     """Return the drift of a series from `initial` at time 0, by the rule of `geomint.watch.growth`.
 
@@ -59,8 +61,10 @@ def drift_of_series(
         What a rounding error of the quantity is measured against.
     explained : float, optional
         How large a random walk of rounding errors may get. Default: that of a step a sample.
+    length : int
+        The least one of windows.
     """
-    windows = windows_of(times, values, initial)
+    windows = windows_of(times, values, initial, length)
     if explained is None:
         explained = walk_level(scale, windows.samples)
     return drift_of_run(name, windows, scale, explained)

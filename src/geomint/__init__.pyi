@@ -2,12 +2,13 @@
 
 from . import scipy as scipy
 from .arguments import as_vector as as_vector
-from .cli.reports import (
-    chaos_report as chaos_report,
-    drift_report as drift_report,
-    scan_report as scan_report,
-    section_report as section_report,
-)
+from .cli.command import report as report
+from .cli.commands.chaos import chaos_report as chaos_report
+from .cli.commands.compare import compare_report as compare_report
+from .cli.commands.drift import drift_report as drift_report
+from .cli.commands.scan import scan_report as scan_report
+from .cli.commands.section import section_report as section_report
+from .cli.commands.stress import stress_report as stress_report
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
@@ -115,7 +116,7 @@ from .problems.systems import Model as Model, Reduction as Reduction, System as 
 from .problems.time_transformation import time_transformed as time_transformed
 from .problems.two_form import SymplecticForm as SymplecticForm
 from .references.reference import Reference as Reference
-from .report.cite import Citation as Citation, cite as cite
+from .reports.cite import Citation as Citation, cite as cite
 from .run.draws import draw_states as draw_states
 from .run.ensemble.growth import EnsembleGrowth as EnsembleGrowth
 from .run.ensemble.readings.of_runs import Exponents as Exponents, SectionPoints as SectionPoints
@@ -147,7 +148,6 @@ from .scene.load import (
 )
 from .scene.scene import Scene as Scene
 from .stress.case import (
-    Rescaled as Rescaled,
     StressAxis as StressAxis,
     StressCase as StressCase,
 )
@@ -211,7 +211,6 @@ __all__ = [
     "Reading",
     "Reduction",
     "Reference",
-    "Rescaled",
     "RigidMotions",
     "Rotations",
     "RungeKutta",
@@ -255,6 +254,7 @@ __all__ = [
     "check_file",
     "check_folder",
     "cite",
+    "compare_report",
     "cos",
     "derivative",
     "draw_states",
@@ -281,6 +281,7 @@ __all__ = [
     "packed",
     "part",
     "pointwise",
+    "report",
     "rotation_number",
     "run_methods",
     "run_scene",

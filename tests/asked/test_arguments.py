@@ -117,12 +117,13 @@ NOWHERE = {"compiled", "progress", "callback"}
 # Functions of kernels, spaces, ensembles, files, pages: each has tests of its own.
 ELSEWHERE = {
     "Method", "Product", "Reading", "RigidMotions", "Scene", "Space", "TangentSphere", "as_vector",
-    "TangentStiefel", "chaos_report", "check_file", "check_folder", "cite", "draw_states",
-    "drift_report", "event", "field", "fma", "great_circle", "helper", "load", "maximum",
-    "natural_in_space", "natural_on_sphere", "observable", "open_ensemble", "packed", "part", "pow",
+    "TangentStiefel", "chaos_report", "check_file", "check_folder", "cite", "compare_report",
+    "draw_states", "drift_report", "event", "field", "fma", "great_circle", "helper", "load",
+    "maximum", "natural_in_space", "natural_on_sphere", "observable", "open_ensemble", "packed",
+    "part", "pow", "report",
     "run_methods", "run_scene", "scan_report", "section", "section_report", "select", "so3", "so_n",
-    "solve_ensemble", "time_transformed", "translations", "turn_coefficients", "whole_file",
-    "whole_folder", "atan2",
+    "solve_ensemble", "stress_report", "time_transformed", "translations", "turn_coefficients",
+    "whole_file", "whole_folder", "atan2",
     *("cos", "exp", "log", "sin", "sqrt", "tan", "tanh", "top"),
 }  # fmt: skip
 

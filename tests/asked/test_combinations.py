@@ -149,7 +149,7 @@ def test_what_a_drift_report_misses_is_said(tmp_path) -> None:
     scene = gi.Scene(**SCENE).changed_integration(representation="reduced")
     scene = scene.changed_observation(["energy", "spatial-momentum"])
     with pytest.warns(gi.GeomintWarning, match="not watched: spatial-momentum"):
-        result = gi.drift_report(scene, tmp_path, False)
+        result = gi.drift_report(scene, tmp_path, progress=False)
     assert list(result[0].drift) == ["energy"]
     (tmp_path / "s.toml").write_text(scene.toml(), encoding="utf-8")
     told = invoke("drift", tmp_path / "s.toml", "--quiet", "--out", tmp_path)

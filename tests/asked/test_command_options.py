@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint import plan as planned
-from geomint.cli import main
+from geomint.cli import find_command, main
 from geomint.compare import runs as compared
 from tests.asked.asked_support import seen
 
@@ -51,14 +51,15 @@ LONG, DRAWN = "--method rk-4 --step 0.125 --tau-end 1e13", "--draws 2"
 BESIDE = {
     **{f"{name} --yes": LONG for name in ("run", "drift")}, "compare --yes": "--tau-end 1e13",
     **{f"{name} --representation": "--t-end 1" for name in ("check", "run", "drift", "scan")},
-    "chaos --t-end": "--representation reduced", "section --seed": "--motions 2",
+    "chaos --t-end": "--representation reduced",
+    **{f"section {option}": "--motions 2" for option in ("--keep", "--seed")},
     **{f"scan {option}": DRAWN for option in ("--keep", "--temperature", "--seed")},
 }  # fmt: skip
 VALUES = {
     "--method": "gauss-4", "--methods": "gauss-4", "--step": "0.0625", "--tolerance": "1e-5",
     "--t-end": "1", "--tau-end": "1", "--representation": "reduced", "--observe": "energy,K",
     "--event": "gamma[1]", "--direction": "up", "--level": "0.25", "--axes": "gamma[0],K",
-    "--vary": "p[0]=2:4:2", "--keep": "energy", "--temperature": "1", "--show": "final:K",
+    "--vary": "p[0]=2:4:2", "--keep": "K", "--temperature": "1", "--show": "final:K",
     "--steps": "0.1,0.25", "--reference": "extended", "--moments": "1,2,3", "--a": "1,1.5,1.3",
     "--d": "5", "--m": "1", "--rho": "1", "--at": "1", "--animate": "a.txt",
     "--form": "action", "--out": "taken", "run --out": "s.toml",
@@ -88,13 +89,13 @@ def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None) -> list[Any]:
         told = [(c.what, c.value, c.chosen) for c in plan.choices]
         stop(plan.purpose, told, plan.problem, plan.state, progress)
 
-    def run(plan: Any, *more: Any) -> None:
+    def run(plan: Any, listener: Any) -> None:
         parts = [x for name, x in vars(plan).items() if name not in ("scene", "problems")]
-        stop(plan.scene.sections, *parts, *more)
+        stop(plan.scene.sections, *parts, listener.progress)
 
     monkeypatch.setattr(planned.Plan, "solve", solve)
-    for kind in (planned.ChaosPlan, planned.ScanPlan, planned.SectionPlan):
-        monkeypatch.setattr(kind, "run", run)
+    for name in ("chaos", "scan", "section"):
+        monkeypatch.setitem(vars(find_command(name)), "run", run)
     for name in ("checked_steps", "find_peers", "whole"):
         call = getattr(compared, name)
         noting = lambda *args, call=call: found.append(seen(args)) or call(*args)  # noqa: E731

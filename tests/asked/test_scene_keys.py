@@ -10,7 +10,7 @@ import pytest
 from pydantic import BaseModel
 
 import geomint as gi
-from geomint.plan import plan_scan, plan_section
+from geomint.cli import find_command
 from tests.asked.asked_support import another, called
 
 BASE: dict[str, Any] = {
@@ -38,7 +38,8 @@ PAIRS: dict[str, Any] = {
     "ensemble.show": ["exponent"], "drift.method": "kutta-3", "drift.methods": ["rk-4", "gauss-8:0.5"],
     "drift.step": 0.25, "drift.quantities": ["K"], "drift.every": 3, "drift.t_end": 2.0,
     "compare.methods": ["gauss-8"], "compare.steps": [0.25], "compare.repeats": 2,
-    "compare.reference": "exact", "compare.t_end": 2.0,
+    "compare.reference": "exact", "compare.peers": True, "section.exact": True,
+    "chaos.count": 2, "ensemble.workers": 2, "compare.t_end": 2.0,
     **{f"{section}.tau_end": (2.0, 3.0) for section in ("time", "drift", "compare")},
 }  # fmt: skip
 BESIDE = {
@@ -52,23 +53,28 @@ BESIDE = {
 def outcomes(content: str) -> dict[str, Any]:
     """Return what the commands make of a scene, by command."""
     scene = gi.Scene(**eval(content))
-    comparing, integrate = scene.for_compare().content, scene.content.integrate
+    comparing, integrate = find_command("compare").scene(scene, {}).content, scene.content.integrate
 
     def drift() -> Any:
         chosen = scene.for_drift()  # the methods of a report are read by the command
         return [gi.make_plan(chosen, "drift").solve(False), chosen.content.drift.methods]
 
     def section() -> Any:
-        plan = plan_section(scene)
+        plan = find_command("section").plan(scene)
         asked = plan.scene.content.section
-        return [plan.name, plan.event, plan.states, asked.points, asked.axes]
+        return [plan.event, plan.states, asked.points, asked.axes, asked.exact]
 
     def scan() -> Any:
-        plan = plan_scan(scene)
+        plan = find_command("scan").plan(scene)
         keys = [variation.key for variation in plan.variations]
-        return [plan.values, plan.draws, plan.states, list(plan.readings), keys]
+        workers = plan.scene.content.ensemble.workers
+        return [plan.values, plan.draws, plan.states, list(plan.readings), keys, workers]
+
+    def chaos() -> Any:
+        return find_command("chaos").plan(scene).scene.content.chaos.count
 
     makers = {
+        "chaos": chaos,
         "run": lambda: gi.make_plan(scene).solve(False), "drift": drift, "scan": scan,
         "compare": lambda: [scene.model.states, comparing.time.end, comparing.compare, scene.method,
                             integrate.step, integrate.tolerance, integrate.representation],
@@ -100,8 +106,8 @@ ALL = {"run", "drift", "compare"}
 # The commands that a section says something to, of which docs/scene-files.md has a table.
 READ_BY = {"title": {"check"}, "description": {"check"}, "events": {"run"}, "save": {"run"}}
 READ_BY |= {"observe": {"run", "drift"}, "ensemble": {"scan"}, "system": ALL, "initial": ALL}
-READ_BY |= {"integrate.exact": {"run", "scan"}} | {
-    name: {name} for name in ("section", "drift", "compare")
+READ_BY |= {"integrate.exact": {"run", "scan", "chaos"}} | {
+    name: {name} for name in ("section", "drift", "compare", "chaos")
 }
 
 

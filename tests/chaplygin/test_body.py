@@ -102,7 +102,7 @@ def test_labels_have_units() -> None:
     assert [len(axes.lines) for axes in figure.axes] == [2, 1, 2]
     assert figure.axes[-1].get_xlabel() == "t (s)"
     assert "t = 0 … 0.2 s" in figure.axes[0].get_title(loc="left")
-    assert solution.plot_trace().axes[0].get_xlabel() == "r₁ (m)"
+    assert solution.plot_trace().axes[0].get_xlabel() == "r[0] (m)"
     phase = solution.plot_phase("speed", "omega-space-1")
     assert phase.axes[0].get_ylabel() == "omega-space-1 (rad/s)"
     assert "t (s)" in {axes.get_xlabel() for axes in solution.plot_drift().axes}

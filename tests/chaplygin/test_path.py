@@ -66,4 +66,4 @@ def test_other_dimensions() -> None:
     with pytest.raises(gi.DomainError, match="n ≥ 3"):
         gi.solve(flat, flat.random_state(1), **run).plot_trace()
     solution = gi.solve(contact, states[0], **run)
-    assert solution.plot_trace().axes[0].get_ylabel() == "r₂ (dimensionless)"
+    assert solution.plot_trace().axes[0].get_ylabel() == "r[1] (dimensionless)"

@@ -91,7 +91,7 @@ def run(*words):
 def test_the_command(tmp_path):
     result = run("hamiltonized-n3", "--at", "0,1e9", "--out", str(tmp_path))
     assert result.exit_code == 0, result.output
-    assert "frequencies in τ" in result.output
+    assert "frequency in τ" in result.output
     assert "t = 1000000000:" in result.output
     assert (tmp_path / "exact.png").exists()
     record = json.loads((tmp_path / "exact.json").read_text("utf-8"))
@@ -110,7 +110,7 @@ def test_the_command(tmp_path):
     assert np.all(numbers[:, 1:3] <= ends[:, 1] + 1e-12)
     page = (tmp_path / "exact.html").read_text("utf-8")
     turn, mean = 2.0 * np.pi / np.max(np.abs(exact.frequencies)), exact.mean_frequencies
-    ends = [" … ".join(f"{x:.10g}" for x in oval) for oval in exact.ovals]
+    ends = [" … ".join(f"{x:.15g}" for x in oval) for oval in exact.ovals]
     facts = [
         f"{exact.condition:.3g}<",
         f"{exact.longest:.3g}<",
@@ -118,6 +118,8 @@ def test_the_command(tmp_path):
         f"{abs(mean[1]):.15g}",
     ]
     told = f"A unit of τ takes {exact.clock.mean:.6g} of t", "a = (0.8, 1.1, 1.5)", "quasi-periodic"
+    for word in (scene.title, "hamiltonized-n3", f"{turn:.6g}", f"{abs(mean[1]):.15g}", told[0]):
+        assert word in " ".join(result.output.split())
     for word in (scene.title, "hamiltonized-n3", *told, "What to cite", *facts, *ends):
         assert word in page
 

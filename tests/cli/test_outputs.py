@@ -12,7 +12,7 @@ import click
 import pytest
 
 import geomint as gi
-from geomint import report
+from geomint import reports as report
 from geomint.cli import main
 from geomint.compare import runs
 from tests.cli.calls import content, invoke

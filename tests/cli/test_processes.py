@@ -71,7 +71,7 @@ def test_what_a_page_needs_is_imported_beside_the_run_and_once(monkeypatch):
     def imported(run):
         run()
         for thread in threading.enumerate():
-            if thread.name == "importing drift_page":
+            if thread.name == "importing the page":
                 thread.join(10.0)
         return names
 
@@ -80,10 +80,11 @@ def test_what_a_page_needs_is_imported_beside_the_run_and_once(monkeypatch):
         return 1 / (len(names) - 1)  # which fails at first
 
     monkeypatch.setattr(meanwhile, "importlib", SimpleNamespace(import_module=importing))
-    meanwhile.import_meanwhile("drift_page")
+    meanwhile.WHEN_RUNNING.clear()  # of commands that have not come to a run
+    meanwhile.import_meanwhile()
     assert names == []
     scene = gi.load_scene("sphere-n3").changed(time={"t_end": 5.0})
-    assert imported(lambda: gi.run_scene(scene, progress=False)) == ["geomint.report.drift_page"]
-    assert imported(lambda: gi.run_scene(scene, progress=False)) == ["geomint.report.drift_page"]
-    assert len(imported(lambda: meanwhile.import_meanwhile("drift_page", at_once=True))) > 2
+    assert imported(lambda: gi.run_scene(scene, progress=False)) == ["geomint.reports.files"]
+    assert imported(lambda: gi.run_scene(scene, progress=False)) == ["geomint.reports.files"]
+    assert len(imported(lambda: meanwhile.import_meanwhile(at_once=True))) > 2
     assert (meanwhile.WHEN_RUNNING, sys.getswitchinterval()) == ([], before)

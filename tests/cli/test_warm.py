@@ -59,7 +59,7 @@ def test_later_commands_compile_nothing(
     assert f"{path}: ready, " in result.stdout
     scene = gi.load_scene(path)
     names = methods[1].split(",") if methods else None
-    runs = gi.drift_report(scene, tmp_path / "report", False, methods=names)
+    runs = gi.drift_report(scene, tmp_path / "report", progress=False, methods=names)
     spent = [
         run.compile_seconds for run in [gi.run_scene(scene, False), *(r.solution for r in runs)]
     ]

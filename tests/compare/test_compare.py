@@ -10,12 +10,18 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.cli import find_command
 from geomint.compare import reference
 from geomint.compare.runs import compare
-from geomint.report.compare_page import write_compare_report
+from geomint.reports.files import write
 
 METHODS = ["gauss-8", "rattle-4", "cf-4", "rk-4"]
 SCENE = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
+
+
+def reported(scene, found):
+    compare = find_command("compare")
+    return compare.report(compare.plan(scene), found, None)
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +98,13 @@ def test_without_an_exact_flow_it_is_refused():
         compare(gi.load_scene("neumann-n3").model, {"t_end": 1.0}, ["rk-4"], reference="exact")
 
 
+def test_an_end_in_t_needs_a_problem_in_t(model):
+    name, problem = next(iter(model.problems.items()))
+    alone = gi.Model({name: problem}, {name: model.states[name]})
+    with pytest.raises(gi.FormError, match="expected tau_end"):
+        compare(alone, {"t_end": 1.0}, ["gauss-8"], reference="extended")
+
+
 def test_failure_is_shown_with_its_reason(model):
     method = gi.Gauss(8, iteration="fixed-point")
     result = compare(model, {"tau_end": 10.0}, [method], steps=[5.0, 0.25], repeats=1)
@@ -112,7 +125,7 @@ def test_method_without_a_fitting_form_is_shown(model):
 
 def test_report_files(tmp_path):
     result = compare(SCENE.model, {"tau_end": 5.0}, ["gauss-8", "rk-4", "cf-4"], repeats=1)
-    write_compare_report(result, SCENE, tmp_path)
+    write(reported(SCENE, result), tmp_path)
     record = json.loads((tmp_path / "compare.json").read_text())
     assert set(record["orders"]) == {"gauss-8", "rk-4", "cf-4"}
     assert record["orders"]["cf-4"]["fitted"] == pytest.approx(4.0, abs=0.7)
@@ -151,7 +164,7 @@ def test_why_a_longer_step_takes_longer(comparison, tmp_path):
         ([coarse, replace(fine, seconds=3.0)], ""),
     ):
         result.points = points
-        write_compare_report(result, SCENE, tmp_path)
+        write(reported(SCENE, result), tmp_path)
         page = (tmp_path / "compare.html").read_text()
         assert words in page
         assert ("turns back" in page) == bool(words)
@@ -207,7 +220,7 @@ def test_a_wrong_reference_calls_no_method_wrong(model, monkeypatch):
 def test_points_nearer_than_the_reference_is_known_are_not_judged(model, monkeypatch, tmp_path):
     planted(monkeypatch, 1e-8)
     result = compare(model, {"tau_end": 5.0}, ["gauss-8", "rk-4"], repeats=1)
-    write_compare_report(result, SCENE, tmp_path)
+    write(reported(SCENE, result), tmp_path)
     known = result.reference["known"]
     assert 1e-8 < known < 1e-6
     assert not result.reference["confirmation"]["agrees"]

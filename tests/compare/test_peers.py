@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.cli import find_command
 from geomint.compare.runs import compare
-from geomint.report.compare_page import write_compare_report
+from geomint.reports.files import write
 from tests.problems import spherical_pendulum
 
 SCIPY = ["scipy-dop853", "scipy-lsoda"]
@@ -46,6 +47,11 @@ def diffeqsolve(term, by, t0, t1, dt0, y0, saveat, stepsize_controller, max_step
     result = "too tight" if rtol < 1e-9 else "done"
     return SimpleNamespace(ys=found.y.T, result=result, stats={"num_steps": len(found.t) - 1})
 """
+
+
+def reported(scene, found):
+    compare = find_command("compare")
+    return compare.report(compare.plan(scene), found, None)
 
 
 @pytest.fixture
@@ -123,7 +129,7 @@ def test_peers_run_beside_methods(tmp_path: Path) -> None:
     for name, why in found.left_out.items():
         assert why == f"{name} is not installed: pip install {name}" or name == "mici"
     assert found.without_result == {}
-    write_compare_report(found, scene, tmp_path)
+    write(reported(scene, found), tmp_path)
     page = (tmp_path / "compare.html").read_text("utf-8")
     assert "scipy-lsoda" in page
     assert "Peers that did not run: " in page

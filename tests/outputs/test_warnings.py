@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import importlib
 import json
 import pickle
 import re
@@ -19,9 +18,10 @@ from click.testing import CliRunner
 
 import chaplygin as ch
 import geomint as gi
-from geomint.cli import main
+from geomint.cli import find_command, main
 from geomint.problems.testproblems import henon_heiles
-from geomint.report.summary import print_runs
+from geomint.reports.drift_report import told_report
+from geomint.reports.terminal import show
 
 HENON = henon_heiles.problem()
 SCENE: dict[str, Any] = {
@@ -179,7 +179,7 @@ def test_what_members_say_is_shown_once() -> None:
 @pytest.mark.usefixtures("blank_pictures")
 def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def printed_of(runs: gi.SeveralRuns) -> str:
-        print_runs(runs)
+        show(told_report(runs))
         return " ".join(capsys.readouterr().out.split())
 
     with pytest.warns(gi.StepWarning, match="energy"):
@@ -205,24 +205,24 @@ TOLD = gi.StepWarning("too long", "energy", 0.5, 3.0)
 
 def told_before(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     """Let a warning come before a report is written."""
-    page = importlib.import_module(f"geomint.report.{kind}_page")
-    write = getattr(page, f"write_{kind}_report")
+    command = find_command(kind)
+    report = command.report
 
-    def writing(plan: Any, found: Any, *args: Any, **more: Any) -> Any:
+    def reporting(plan: Any, found: Any, command: Any) -> Any:
         if kind == "scan":
             found.found.warnings[1] = (TOLD,)
         else:
             found = dataclasses.replace(found, warnings=(TOLD,))
-        return write(plan, found, *args, **more)
+        return report(plan, found, command)
 
-    monkeypatch.setattr(page, f"write_{kind}_report", writing)
+    monkeypatch.setitem(vars(command), "report", reporting)
 
 
 @pytest.mark.usefixtures("blank_pictures")
 def test_scans_have_a_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told_before(monkeypatch, "scan")
     vary = {"initial.v[1]": [0.5, 1.0]}
-    gi.scan_report(SCENE, tmp_path, False, vary=vary, show=["drift:energy"])
+    gi.scan_report(SCENE, tmp_path, progress=False, vary=vary, show=["drift:energy"])
     rows = csv.DictReader((tmp_path / "scan.csv").read_text("utf-8").splitlines())
     assert [row["warnings"] for row in rows] == ["", "StepWarning"]
     record = json.loads((tmp_path / "scan.json").read_text("utf-8"))
@@ -268,4 +268,6 @@ def test_comparisons_carry_them(tmp_path: Path) -> None:
     assert CliRunner().invoke(main, line).exit_code == 0
     found = json.loads((tmp_path / "compare.json").read_text("utf-8"))["points"]
     assert [[w["kind"] for w in point["warnings"]] for point in found] == [["StepWarning"], []]
-    assert "; StepWarning</td>" in (tmp_path / "compare.html").read_text("utf-8")
+    assert '<span class="small">StepWarning</span>' in (tmp_path / "compare.html").read_text(
+        "utf-8"
+    )

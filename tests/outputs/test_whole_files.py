@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import geomint as gi
-from geomint.report.pages import sealed
+from geomint.reports.files import sealed
 from geomint.run.files import outputs, workplace
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")

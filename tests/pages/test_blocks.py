@@ -27,7 +27,14 @@ from tests.pages.session import NOT_RUN, alike, is_slow, outputs, printed, same
 CONSOLES = ["tutorial", "scene-files", "is-it-chaotic"]
 FIRST = ("tutorial", "README")  # the others are run at night
 # The packages that pages tell how to write are installed as they say: see below.
-WRITTEN = {"add-a-diagnostic", "add-a-method", "add-a-space", "add-a-system"}
+WRITTEN = {
+    "add-a-diagnostic",
+    "add-a-method",
+    "add-a-space",
+    "add-a-system",
+    "add-a-command",
+    "my-own-system",
+}
 PYTHON = [
     path.stem
     for path in PAGES
@@ -104,7 +111,7 @@ def installed(folder: Path, entry_points: str) -> None:
 def forget() -> None:
     """Let registries look for entry points again."""
     for known in gc.get_objects():
-        if isinstance(known, functools._lru_cache_wrapper) and "registry" in known.__module__:
+        if type(known) is functools._lru_cache_wrapper and "registry" in known.__module__:
             known.cache_clear()
 
 
@@ -232,6 +239,29 @@ def test_a_diagnostic_of_ones_own_works_as_its_page_says(
     assert "stretching: the logarithm of how much a small distance" in text
 
 
+@pytest.mark.nightly
+def test_a_command_of_ones_own_works_as_its_page_says(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its file, by its entry point: from the shell, from Python, and in scenes."""
+    file, shown = examples(page("add-a-command"))
+    assert len(file.source.splitlines()) <= 80
+    entry_points, section = (b.text for b in by_info("add-a-command", "toml"))
+    (package / "period.py").write_text(file.source, "utf-8")
+    installed(package, entry_points)
+    with contextlib.chdir(package):
+        assert printed(shown.source, {}, "add-a-command", 0) == shown.output.text
+        (command,) = commands(page("add-a-command"))
+        with pytest.raises(SystemExit) as ended:
+            main(shlex.split(command.text)[1:])
+        told = capsys.readouterr().out
+        assert (ended.value.code, "q[1] returns 5 times." in told) == (0, True), told
+        scene = gi.load_scene("neumann-n3").changed(**tomllib.loads(section))
+        assert scene.content.period.event == "q[1]"
+        with pytest.raises(gi.SceneError, match=r"\[period\] evnt.*Did you mean 'event'"):
+            scene.changed(period={"evnt": "q[0]"})
+
+
 def test_commands_of_pages_are_accepted() -> None:
     """Every geomint command that a page shows, in whatever block, has a command and its options."""
     context = click.Context(main)
@@ -240,6 +270,8 @@ def test_commands_of_pages_are_accepted() -> None:
         for part in line.split(" | "):
             words = shlex.split(part.replace("…", "1"))
             words = words[1:] if words[0] == "geomint" else words
+            if words[0] == "period":  # of the page that makes it
+                continue
             command = main.get_command(context, words[0]) if words else None
             if words[0].startswith("-"):
                 continue

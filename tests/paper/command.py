@@ -7,7 +7,13 @@ from pathlib import Path
 import click
 
 import geomint as gi
-from geomint.cli.options import paper_option, reproducing_command, say_report
+from geomint.cli.options import (
+    exit_code,
+    paper_option,
+    print_message,
+    reproducing_command,
+    say_report,
+)
 
 __all__ = ["audit"]
 
@@ -86,7 +92,7 @@ def audit(
     if paper and out is None:
         raise gi.DomainError("--paper", paper, "--out, the folder of what is for a paper")
     if out is not None:
-        from .page import AUDIT_FILES
+        from .report import AUDIT_FILES
 
         gi.check_folder(out, AUDIT_FILES)
     if markdown is not None:
@@ -95,7 +101,10 @@ def audit(
     from rich.console import Console
     from rich.progress import Progress
 
-    from .report import markdown as table, print_audit
+    from geomint.reports.files import write
+    from geomint.reports.terminal import show
+
+    from .report import audit_report, markdown as table
     from .run import audit as evaluate_all
 
     screen = Console(stderr=True)
@@ -107,17 +116,15 @@ def audit(
             seed,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
+    report = audit_report(found, reproducing_command(), listed)
     if not quiet:
-        print_audit(found, listed)
+        show(report)
     if out is not None:
-        from .page import write_audit_report
-
-        page = write_audit_report(found, out, reproducing_command(), paper)
-        say_report("report", page, paper)
+        say_report("report", write(report, out, paper), report.stem if paper else "")
     if markdown is not None:
         with gi.whole_file(markdown) as unfinished:
             unfinished.write_text(table(found), encoding="utf-8")
         click.echo(f"table: {markdown}")
-    for result in found.unexplained:
-        click.echo(f"geomint: unexplained: {result.claim.label}", err=True)
-    return 1 if found.unexplained else 0
+    for line in report.failures:
+        print_message(line)
+    return exit_code(report.outcome or report.status)

@@ -1,61 +1,68 @@
-"""What an audit tells: the numbers of ``audit.json``, tables of the terminal and of the docs."""
+"""What an audit tells: a page with the picture of all residuals, JSON, CSV, the table of the docs."""
 
 from __future__ import annotations
 
+import csv
+import functools
 import itertools
+import re
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Column
-from rich.text import Text
 
-from geomint.report.columns import fitted
-
-from .claim import (
-    FAILS,
-    FINDINGS,
-    HOLDS,
-    MISPRINT,
-    ON_MANIFOLD,
-    RESTRICTED,
-    STRONGER,
-    TRUE,
-    UNCHECKED,
-    UNEXPLAINED,
-    Result,
+import geomint as gi
+from geomint.references.literature import JOVANOVIC_2010
+from geomint.reports import files_of
+from geomint.reports.report import (
+    Block,
+    Folded,
+    Images,
+    Part,
+    Picture,
+    Printed,
+    Prose,
+    Report,
+    Small,
+    Stack,
+    Table,
+    Verdict,
 )
+from geomint.reports.text import with_provenance
+
+from .claim import FAILS, FINDINGS, HOLDS, ON_MANIFOLD, TRUE, UNEXPLAINED, VERDICTS, Result
 from .run import Audit
 
-__all__ = [
-    "as_json",
-    "by_section",
-    "counts",
-    "distinct",
-    "explanation",
-    "figure_of",
-    "markdown",
-    "print_audit",
-    "residuals",
-    "summary",
-]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-COLOURS = {
-    TRUE: "green",
-    ON_MANIFOLD: "cyan",
-    RESTRICTED: "yellow",
-    STRONGER: "blue",
-    MISPRINT: "magenta",
-    UNCHECKED: "dim",
-    UNEXPLAINED: "bold red",
-}
+__all__ = ["AUDIT_FILES", "as_json", "audit_report", "counts", "distinct", "markdown"]
+
+AUDIT_FILES = files_of("audit")
+LEAST = 1e-17  # where residuals of exactly 0 are drawn
+# Of verdicts, in the order of their list: Okabe and Ito's.
+PAINTS = dict(zip(VERDICTS, ("#0072B2", "#56B4E9", "#E69F00", "#009E73", "#D55E00"), strict=False))
+MARKS = dict(zip(PAINTS, ("o", "s", "^", "v", "D"), strict=True))
+SHOWN = (
+    "the residual of each claim on a logarithmic axis, a row for each section, coloured by verdict"
+)
+HOW = (
+    "The largest residual of each claim over all points, as printed. Dotted: the thresholds of the "
+    "rule, 1e-12 for what holds and 1e-3 for what fails. A residual of exactly 0 is at 1e-17. Right of "
+    "1e-3, and none the less true, are statements that two things differ."
+)
+RELATIVE = (
+    "Residuals are relative: the largest difference of the two sides over the largest of them. “off”: "
+    "off the manifold, in brackets where nothing is claimed there."
+)
 
 
 def counts(audit: Audit) -> dict[str, int]:
     """Return how often each verdict occurs."""
     verdicts = [result.verdict for result in audit.results]
-    return {verdict: verdicts.count(verdict) for verdict in COLOURS if verdict in verdicts}
+    known = (*VERDICTS, UNEXPLAINED)
+    return {verdict: verdicts.count(verdict) for verdict in known if verdict in verdicts}
 
 
 def distinct(audit: Audit) -> dict[str, int]:
@@ -125,16 +132,16 @@ def explanation(result: Result) -> str:
     return result.remark
 
 
-def summary(audit: Audit) -> str:
-    """Return what was found in some sentences."""
+def _said(audit: Audit) -> tuple[str, str]:
+    """Return what was found, and at which points, in sentences."""
     below, above = audit.gap
     found = ", ".join(f"{number} {verdict}" for verdict, number in counts(audit).items())
     kinds = ", ".join(f"{number} {kind}" for kind, number in distinct(audit).items())
     return (
-        f"{len(audit.results)} claims: {found}. Distinct findings: {kinds or 'none'}. "
+        f"{len(audit.results)} claims: {found}. Distinct findings: {kinds or 'none'}.",
         f"Residuals of what holds are ≤ {below:.1e}, of what fails ≥ {above:.1e}; "
         f"n = {', '.join(map(str, audit.dimensions))}, {audit.points} points or more for each claim "
-        f"and as many off the manifold, seed {audit.seed}."
+        f"and as many off the manifold, seed {audit.seed}.",
     )
 
 
@@ -144,82 +151,158 @@ def figure_of(result: Result) -> float:
     return 0.0 if shown is None else min(shown, 1.0)
 
 
-def by_section(audit: Audit) -> tuple[list[str], list[dict[str, Any]]]:
-    """Return the verdicts that occur, and for each section its counts of them and its worst residual.
+def _sections(audit: Audit) -> dict[str, list[Result]]:
+    grouped = itertools.groupby(audit.results, lambda result: result.claim.section)
+    return {section: list(results) for section, results in grouped}
 
-    The worst is the largest of what holds as printed: how near it comes to the threshold.
+
+def _by_section(audit: Audit) -> Table:
+    """Return for each section how often each verdict occurs, and its worst residual.
+
+    That is the largest of what holds as printed: how near it comes to the threshold.
     """
     verdicts, rows = list(counts(audit)), []
-    for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
-        results = list(group)
+    for section, results in _sections(audit).items():
+        own = [result.verdict for result in results]
         held = [r.residual for r in results if r.verdict == TRUE and not r.claim.negative]
-        known = [x for x in held if x is not None]
-        rows.append(
-            {
-                "section": section,
-                "results": results,
-                "counts": [sum(r.verdict == verdict for r in results) for verdict in verdicts],
-                "worst": _number(max(known)) if known else "—",
-            }
-        )
-    return verdicts, rows
+        worst = _number(max((x for x in held if x is not None), default=None)) or "—"
+        numbers = [len(own), sum(verdict in FINDINGS for verdict in own), *map(own.count, verdicts)]
+        rows.append((section, *(str(n or "") for n in numbers), worst))
+    columns = ("section", "claims", "findings", *verdicts, "worst that holds")
+    return Table(columns, rows, kind="quantities counts", spare=FINDINGS)
 
 
-def print_audit(audit: Audit, listed: str | None = None) -> None:
-    """Print a row for each section, what is unexplained in full, and a summary in words.
+def _claims(results: Sequence[Result], told: bool) -> Table:
+    rows = []
+    for result in results:
+        claim, verdict, what = result.claim, result.verdict, explanation(result)
+        same = f", as ({claim.finding})" if claim.finding and verdict != TRUE else ""
+        word = Verdict(verdict) if verdict == UNEXPLAINED else verdict + same
+        statement = Stack((claim.statement, Small(f"→ {what}" if what else "")))
+        residual = (x or "—" for x in residuals(result))
+        rows.append((claim.label, claim.lines, word, statement, *residual))
+    columns = ("label", "lines", "verdict", "statement", "residual", "off")
+    spare = ("lines", "off", "residual")
+    return Table(columns, rows, 4, "quantities counts", told, spare)
 
-    Before them with `listed` ``"all"`` each claim, with ``"findings"`` those that do not simply hold.
+
+def audit_report(audit: Audit, command: str | None = None, listed: str | None = None) -> Report:
+    """Return what an audit has found.
+
+    With `listed` ``"all"`` a terminal shows each claim, with ``"findings"`` what does not simply hold.
     """
-    screen = Console()
-    if listed is not None:
-        chosen = [r for r in audit.results if listed == "all" or r.verdict not in (TRUE, UNCHECKED)]
-        _print_claims(screen, chosen)
-    verdicts, rows = by_section(audit)
-    headings = ("claims", "hold", "findings", "unchecked", "worst that holds")
-    columns: list[str | Column] = [
-        "section",
-        *(Column(heading, justify="right") for heading in headings),
+    record = with_provenance(as_json(audit), None, command)
+    record["provenance"]["paper"] = JOVANOVIC_2010.text
+    picture, (found, how) = Picture(residual_figure(audit)), _said(audit)
+    findings = [result for results in audit.findings.values() for result in results]
+    labels, bad = [result.claim.label for result in audit.unexplained], len(audit.unexplained)
+    differing = _claims(findings, listed == "findings") if findings else Prose("Nothing.")
+    table = _by_section(audit)
+    seconds = f"Computed in {audit.seconds:.3g} s."
+    dimensions = ", ".join(map(str, audit.dimensions))
+    images = Images([(picture.uri, SHOWN)], "wide")
+    blocks: list[Block] = [
+        Part("Residuals", (images, Prose(HOW), table, Prose(f"{how} {seconds}"))),
+        Part("What does not hold as printed", (differing,)),
+        Part(
+            "All claims",
+            (
+                *(
+                    Folded(f"{name}: {len(results)} claims", (_claims(results, listed == "all"),))
+                    for name, results in _sections(audit).items()
+                ),
+                Prose(RELATIVE),
+            ),
+        ),
     ]
-    cells = []
-    for row in rows:
-        each = dict(zip(verdicts, row["counts"], strict=True))
-        found = sum(each.get(kind, 0) for kind in FINDINGS)
-        numbers = (len(row["results"]), each.get(TRUE, 0), found, each.get(UNCHECKED, 0))
-        cells.append((Text(row["section"]), *(str(n or "") for n in numbers), row["worst"]))
-    screen.print(fitted(screen, columns, cells, ("unchecked", "hold")))
-    if audit.unexplained and listed is None:
-        _print_claims(screen, audit.unexplained)
-    screen.print(Text(summary(audit)))
-    for result in audit.unexplained:
-        screen.print(Text(f"unexplained: {result.claim.label}", style=COLOURS[UNEXPLAINED]))
+    if bad:
+        blocks.insert(0, Part("Unexplained", (_claims(audit.unexplained, listed != "all"),)))
+    neither = (f"{bad} unexplained:", f"neither as printed nor as corrected: {', '.join(labels)}.")
+    versions = record["provenance"]["versions"].items()
+    facts = {
+        "Paper": JOVANOVIC_2010.title,
+        "Points": f"{audit.points} or more for each claim, seed {audit.seed}, n = {dimensions}",
+        "Software": ", ".join(f"{name} {version}" for name, version in versions if version),
+    }
+    caption = (
+        f"Residuals of {len(audit.results)} statements, as printed: the largest difference of the two "
+        f"sides of each over the largest of them. Dotted: {HOLDS:g}, below which a statement holds, "
+        f"and {FAILS:g}, above which it fails. A residual of 0 is at {LEAST:g}."
+    )
+    return Report(
+        AUDIT_FILES,
+        "Audit of the paper",
+        "The paper, line by line",
+        found,
+        blocks,
+        record,
+        summary=how,
+        lead=[JOVANOVIC_2010.text],
+        alerts=[neither] if bad else [],
+        pictures={"audit": picture},
+        citation=gi.Citation((("paper", (JOVANOVIC_2010,)), *gi.cite().parts)),
+        csv=functools.partial(_save, record["claims"]),
+        printed=Printed(caption, table, facts),
+        outcome="forbidden" if bad else "",
+        failures=[f"unexplained: {label}" for label in labels],
+    )
 
 
-def _print_claims(screen: Console, results: Sequence[Result]) -> None:
-    """Print a table of claims for each section."""
-    for section, group in itertools.groupby(results, lambda r: r.claim.section):
-        columns: list[str | Column] = [
-            "label",
-            Column("residual", justify="right", no_wrap=True),
-            "verdict",
-            "statement → what holds (its residual), or why not",
-        ]
-        rows = []
-        for result in group:
-            statement, told = Text(result.claim.statement), explanation(result)
-            if told:
-                statement.append(f"\n→ {told}", style=COLOURS[result.verdict])
-            on, off = residuals(result)
-            residual = f"{on}\noff: {off}" if off else on
-            verdict = Text(result.verdict, style=COLOURS[result.verdict])
-            rows.append((Text(result.claim.label), Text(residual), verdict, statement))
-        screen.print(Text(section, style="italic"))
-        screen.print(fitted(screen, columns, rows, ("residual",)))
-        screen.print()
+def residual_figure(audit: Audit) -> Figure:
+    """Return a figure of the residuals of all claims, a row for each section."""
+    from matplotlib.figure import Figure
+
+    sections = list(_sections(audit))
+    figure = Figure(figsize=(6.5, 1.1 + 0.27 * len(sections)), layout="constrained")
+    axes = figure.subplots()
+    for verdict, paint in {**PAINTS, UNEXPLAINED: "#000000"}.items():
+        own = [r for r in audit.results if r.verdict == verdict and r.residual is not None]
+        if own:
+            axes.plot(
+                [max(figure_of(r), LEAST) for r in own],
+                [sections.index(r.claim.section) for r in own],
+                linestyle="none", marker=MARKS.get(verdict, "X"), markersize=4.5, color=paint,
+                markerfacecolor="none", markeredgewidth=1.0, label=verdict,
+            )  # fmt: skip
+    for level in (HOLDS, FAILS):
+        axes.axvline(level, color="0.45", linestyle=(0, (1, 1.5)), linewidth=0.9, zorder=1)
+    axes.set_xscale("log")
+    axes.set_xlim(LEAST / 3.0, 30.0)
+    axes.set_yticks(range(len(sections)), _numbered(sections))
+    axes.set_ylim(max(len(sections), 1) - 0.5, -0.5)
+    axes.set_xlabel("residual (dimensionless)")
+    axes.set_ylabel("section of the paper")
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(alpha=0.35, linewidth=0.5)
+    if axes.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=8)
+    return figure
+
+
+def _numbered(sections: list[str]) -> list[str]:
+    """Return the numbers of sections, those that come again with a letter."""
+    numbers = [re.match(r"[\d., ]*", name)[0].strip() for name in sections]  # type: ignore[index]
+    again = [numbers[:k].count(number) for k, number in enumerate(numbers)]
+    return [
+        f"{number}{'abc'[k]}" if numbers.count(number) > 1 else number
+        for number, k in zip(numbers, again, strict=True)
+    ]
+
+
+def _save(claims: list[dict[str, Any]], path: Path) -> None:
+    """Write the claims as ``audit.json`` has them, a row each."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        names = list(claims[0]) if claims else []
+        writer = csv.DictWriter(stream, names)
+        writer.writeheader()
+        for claim in claims:
+            lists = {key: " ".join(map(str, x)) for key, x in claim.items() if isinstance(x, list)}
+            writer.writerow({**claim, **lists})
 
 
 def markdown(audit: Audit) -> str:
     """Return the table of the docs page: what differs first, then all claims by section."""
-    lines = [summary(audit), ""]
+    lines = [" ".join(_said(audit)), ""]
     lines += ["### What does not hold as printed", ""]
     lines += ["| label, lines | verdict | printed | what holds |", "|---|---|---|---|"]
     for r in (result for results in audit.findings.values() for result in results):
@@ -230,13 +313,13 @@ def markdown(audit: Audit) -> str:
         )
         same = f"<br>as ({r.claim.finding})" if r.claim.finding else ""
         lines.append(_line(_place(r), r.verdict + same, *cells))
-    for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
+    for section, results in _sections(audit).items():
         lines += ["", f"### {section}", ""]
         lines += [
             "| label, lines | statement | residual | off | verdict |",
             "|---|---|---|---|---|",
         ]
-        for r in group:
+        for r in results:
             verdict = f"{r.verdict}: {r.remark}" if r.remark else r.verdict
             lines.append(_line(_place(r), r.claim.statement, *residuals(r), verdict))
     return "\n".join(lines) + "\n"

@@ -55,7 +55,7 @@ def test_one_run_shows_sizes_and_means():
         ("not-finite", 0, "or not finite in"),
         ("not-finite", 1, "not finite"),
         ("none", 0, "shorter than a window"),
-        ("line", 0, "32 ε × scale"),
+        ("line", 0, "round-off"),
         ("line", 1, "trend"),
     ):
         assert words in texts(panels[name][kind])

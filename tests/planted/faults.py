@@ -206,7 +206,7 @@ other-quantity plan geomint.plan.representation:_lacking
 agreement-unproven compare geomint.compare.confirmation:Confirmation.agrees
   A reference counts as confirmed by a run that contradicts it.
   self.accuracy <= POOR and self.difference <= self.accuracy + error → self.accuracy <= POOR
-digits-of-slopes report geomint.report.text:with_error
+digits-of-slopes report geomint.reports.text:with_error
   Reports print digits that their own error makes meaningless.
   digits = min(max(power - math.floor(math.log10(error)) + 1, 1), 6) → digits = 6
 wrong-is-unresolved stress geomint.stress.judge:_accuracy

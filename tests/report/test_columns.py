@@ -13,7 +13,7 @@ from rich.table import Column
 
 import geomint as gi
 from geomint.cli import main
-from geomint.report.columns import fitted
+from geomint.reports.columns import fitted
 
 SCENES = gi.scene_names()
 

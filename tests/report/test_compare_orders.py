@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geomint.report.compare_orders import FittedOrder, fitted_order, fitted_orders
+from geomint.reports.compare_orders import FittedOrder, fitted_order, fitted_orders
 
 
 def falling(order, steps, constant=1.0, floor=0.0):

@@ -279,6 +279,13 @@ def test_a_short_series_is_undetermined():
     assert drift_of([0.0, 1.0, 2.0]).slope is None
 
 
+@pytest.mark.parametrize("count", range(32, 64))
+def test_what_oscillates_for_few_windows_is_undetermined(count):
+    sizes = np.random.default_rng(count).uniform(0.6, 1.0, count)
+    series = np.stack((sizes, 1e-3 - sizes), axis=1).ravel()
+    assert drift_of(series, length=2).drift_class == "undetermined"
+
+
 def test_what_is_not_finite_has_its_class():
     series = np.append(T[:-1], np.inf)
     assert kind_of(series) == "not finite"

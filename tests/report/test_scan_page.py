@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,11 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 import geomint as gi
-from geomint.cli import main
-from geomint.plan import plan_scan
-from geomint.report.scan_page import write_scan_report
+from geomint.cli import find_command, main
+from geomint.reports.files import write
 
+SCAN = find_command("scan")
+QUIET = SimpleNamespace(progress=False)
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-hamiltonized", "a": [0.8, 1.1, 1.5], "D": 4.0},
     "initial": {"gamma": [0.48, 0.6, 0.64], "p": [0.8, 1.0, -1.5375]},
@@ -24,6 +26,10 @@ SCENE: dict[str, Any] = {
     "integrate": {"method": "rk-4", "step": 0.125},
 }
 SHOW = ["drift:energy", "frequency:gamma[0]", "exponent"]
+
+
+def plan_scan(scene: gi.Scene, **keys: Any) -> Any:
+    return SCAN.plan(SCAN.scene(scene, keys))
 
 
 def rows_of(folder: Path) -> list[dict[str, str]]:
@@ -194,10 +200,10 @@ def drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
 
     def figure(given: dict[str, Any], readings: dict[str, Any]) -> Figure:
         plan = plan_scan(gi.Scene("one", **SCENE).changed(time={"tau_end": 0.5}), **given)
-        many = plan.run(progress=False)
+        many = SCAN.run(plan, QUIET)
         many.found.readings.clear()
         many.found.readings.update({name: make(len(many)) for name, make in readings.items()})
-        write_scan_report(plan, many, tmp_path)
+        write(SCAN.report(plan, many, None), tmp_path)
         return found[-1]
 
     monkeypatch.setattr(Figure, "savefig", note)

@@ -65,33 +65,50 @@ def test_what_cannot_be_computed_is_a_flaw(monkeypatch, error):
         gi.Scene(**content)
 
 
-def test_flaws_of_every_kind_are_told_together(tmp_path):
-    """Unknown keys, wrong sizes, values and names: what needs nothing that is wrong is looked at."""
-    text = scenes.REDUCED.replace("gamma =", "gama =").replace("[0.8, 1.0, -0.6]", "[0.8, 1.0]")
+def test_flaws_of_all_sections_are_told_together(tmp_path):
+    """Unknown keys, those that are missing, wrong values and options of the method."""
+    text = scenes.REDUCED.replace("gamma =", "gama =").replace('["energy"]', '["enery"]\nevery = 0')
     text = text.replace("D = 4.0", "D = 4.0\ncolour = 3").replace("t_end", "tend")
-    text = text.replace("step = 0.1", "step = 0.1\nmax_iterations = 2.5\nwat = 3")
-    with pytest.raises(gi.SceneError, match="8 problems") as caught:
-        gi.load_scene(write(tmp_path, text + '[drift]\nmethod = "rk4"\n'))
+    text = text.replace("step = 0.1", "step = -0.1\nmax_iterations = 2.5\nwat = 3")
+    text += '[drift]\nquantities = ["areaa"]\nstepp = 3\n[section]\nevnt = "gamma[7]"\n'
+    with pytest.raises(gi.SceneError, match="10 problems") as caught:
+        gi.load_scene(write(tmp_path, text))
     for words in (
         "[time] tend = 1.0: no such key. Did you mean 't_end'?",
         "[system] colour = 3: no such key.",
-        "[initial] gamma is missing",
+        "[initial] gamma is missing: expected a list of numbers",
         "[initial] gama = [0.6, 0.0, 0.8]: no such key. Did you mean 'gamma'?",
-        "[initial] p = [0.8, 1.0]: expected 3 numbers, got 2",
+        "[integrate] step = -0.1: expected a number > 0",
         "[integrate] max_iterations = 2.5: expected a whole number",
-        "[integrate] wat = 3: no such key",
-        "[drift] method = 'rk4'",
+        "[integrate] wat = 3: no such key, nor an option of 'gauss-8'.",
+        "[observe] every = 0: expected a number ≥ 1",
+        "[drift] stepp = 3: no such key. Did you mean 'step'?",
+        "[section] evnt = 'gamma[7]': no such key. Did you mean 'event'?",
     ):
         assert words in str(caught.value)
-    assert len(str(caught.value).splitlines()) == 9
+    assert len(str(caught.value).splitlines()) == 11
 
 
-def test_names_are_looked_at_beside_flaws_of_the_structure(tmp_path):
-    text = scenes.REDUCED.replace('["energy"]', '["enery"]\nevery = 0').replace("0.1", "-0.1")
-    text += '[drift]\nquantities = ["areaa"]\nstepp = 3\n[section]\nevnt = "gamma[7]"\n'
-    with pytest.raises(gi.SceneError, match="6 problems") as caught:
+def test_what_sections_say_of_one_another_is_told_together(tmp_path):
+    text = scenes.REDUCED.replace('["energy"]', '["enery"]\n[observe.measure]\nsteps = 3')
+    text = text.replace("step = 0.1", 'step = 0.1\nrepresentation = "redced"')
+    text += '[drift]\nmethod = "rk4"\ntau_end = 3.0\nquantities = ["areaa"]\n'
+    text += (
+        '[events.it]\nwhat = "gama[0]"\n[section]\nevent = "iit"\naxes = ["gamma[0]", "gamma[7]"]\n'
+    )
+    with pytest.raises(gi.SceneError, match="9 problems") as caught:
         gi.load_scene(write(tmp_path, text))
-    for words in ("'enery'", "every = 0", "step = -0.1", "'areaa'", "stepp = 3", "[section] evnt"):
+    for words in (
+        "[integrate] representation = 'redced': no such representation",
+        "[observe] quantities[0] = 'enery': no such quantity. Did you mean 'energy'?",
+        "[observe] measure = {'steps': 3}: 'measure' is observed neither",
+        "[drift] method = 'rk4': no such method. Did you mean 'rk-4'?",
+        "[drift] tau_end = 3.0: expected t_end",
+        "[drift] quantities[0] = 'areaa': no such quantity.",
+        "[events.it] what = 'gama[0]': no such component or quantity. Did you mean 'gamma[0]'?",
+        "[section] event = 'iit': no such component or quantity. Did you mean 'it'?",
+        "[section] axes[1] = 'gamma[7]': no such component or quantity. Did you mean 'gamma[",
+    ):
         assert words in str(caught.value)
 
 
@@ -101,7 +118,7 @@ def test_names_are_looked_at_beside_flaws_of_the_structure(tmp_path):
     ids=["unknown key", "value of another kind", "no list"],
 )
 def test_what_follows_from_a_flaw_is_not_told(tmp_path, old, new):
-    """A weight that was misspelt is not missing too, nor is what was watched of it not there."""
+    """A weight that was misspelt is one flaw, and not what was watched of it another one."""
     text = scenes.changed(old, new).replace('["energy"]', '["all"]\n[observe.measure]\nsteps = 3')
     with pytest.raises(gi.SceneError) as caught:
         gi.load_scene(write(tmp_path, text))

@@ -10,6 +10,7 @@ import geomint as gi
 from geomint.cli import main
 from geomint.scene.load import load_changed
 from tests.cli.calls import offer
+from tests.problems import spherical_pendulum
 
 SCENE = """
 system = {name = "chaplygin-sphere-hamiltonized", a = [0.8, 1.1, 1.5], D = 4.0}
@@ -51,6 +52,23 @@ def invoke(*arguments):
     return CliRunner().invoke(main, [str(a) for a in arguments], env={"COLUMNS": "300"})
 
 
+def test_a_drift_report_takes_the_method_that_is_chosen():
+    line = ["--for-drift", "--method", "auto", "--tolerance", "1e-8", "--tau-end", "2"]
+    result = invoke("check", "hamiltonized-n3", *line)
+    assert (result.exit_code, "gauss-" in result.output) == (0, True), result.output
+
+
+def test_what_is_given_leaves_nothing_of_the_section(path):
+    """A recorded scene that is run again gives what was run."""
+    for given in ({"method": "rk-4"}, {"step": 0.25}, {"tau_end": 2.0}, {"every": 3}):
+        scene = load_changed(path, "drift", **given)
+        again = load_changed(scene.sections, "drift")
+        assert again.content == scene.content
+    with pytest.raises(gi.SceneError, match="every = 0") as caught:
+        load_changed(path, "drift", every=0)
+    assert "[drift]" not in str(caught.value)
+
+
 @pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize(
     "line",
@@ -84,10 +102,10 @@ def test_the_command_line_comes_after_the_section_for_drift(path):
     assert drift.content.integrate.model_dump(exclude_none=True) == integrate
     assert drift.content.observe.model_dump() == {"quantities": ["K"], "every": 2}
     assert drift.content.time.model_dump(exclude_none=True) == {"t_end": 5.0}
-    changed = load_changed(str(path), True, step=0.5, tau_end=3.0)
+    changed = load_changed(str(path), "drift", step=0.5, tau_end=3.0)
     assert changed.sections["time"] == {"tau_end": 3.0}
     assert changed.sections["integrate"]["step"] == 0.5
-    tolerant = load_changed(str(path), True, tolerance=1e-6).sections["integrate"]
+    tolerant = load_changed(str(path), "drift", tolerance=1e-6).sections["integrate"]
     assert ("step" in tolerant, tolerant["tolerance"]) == (False, 1e-6)
 
 
@@ -107,12 +125,20 @@ def test_overrides_leave_what_makes_no_sense_to_the_check(path):
             assert ("--step = -1.0" in said.stderr) == ("--step" in options), said.stderr
 
 
+def test_a_method_that_is_named_is_taken_even_if_it_is_the_default():
+    """A problem without a field has another one where none is named."""
+    problem = dataclasses.replace(spherical_pendulum.problem(), field=None)
+    for method, taken in ((None, "lobatto-8"), ("gauss-8", "gauss-8")):
+        given = problem, problem.random_state(0)
+        assert load_changed(given, method=method, t_end=1.0).method.name == taken
+
+
 def test_a_scene_that_is_not_changed_keeps_its_text(path):
     scene = gi.load_scene(path)
-    assert load_changed(str(path), False, step=None).toml() == SCENE
-    assert load_changed(str(path), False, step=0.5).toml() != SCENE
-    assert load_changed(str(path), True) == scene.for_drift()
-    assert load_changed(str(path), True).hash == scene.for_drift().hash
+    assert load_changed(str(path), "run", step=None).toml() == SCENE
+    assert load_changed(str(path), "run", step=0.5).toml() != SCENE
+    assert load_changed(str(path), "drift") == scene.for_drift()
+    assert load_changed(str(path), "drift").hash == scene.for_drift().hash
     assert scene.changed_integration(representation="own") is scene
 
 

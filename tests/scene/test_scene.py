@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.scene.load import load_changed
 
 SECTIONS = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -110,7 +111,7 @@ def test_sections_for_other_uses():
     assert drift.content.time.t_end == 100.0
     assert (drift.method.name, drift.content.integrate.step) == ("rk-4", 0.2)
     assert drift.content.observe.every == 5
-    assert scene.for_compare().content.time.t_end == 3.0
+    assert load_changed(scene, "compare").content.time.t_end == 3.0
     assert gi.Scene(**SECTIONS).for_drift().hash == gi.Scene(**SECTIONS).hash
 
 

@@ -69,7 +69,7 @@ def test_problems(name: str) -> None:
 
 @pytest.mark.parametrize("group", ["geomint.systems", "geomint.stress"])
 def test_systems_and_stress_cases(group: str) -> None:
-    """The sweep sends numbers of cases; these themselves can be sent as well."""
+    """The sweep sends cases to its processes."""
     for point in entry_points(group=group):
         value = point.load()() if group == "geomint.stress" else point.load()
         assert again(value) == value, point.name

@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 
 import geomint as gi
 from geomint.cli import main
-from geomint.stress import sweep
-from geomint.stress.judge import FORBIDDEN, VERDICTS, Cell
+from geomint.stress import judge, sweep
 from tests.stress.stress_support import AXES, CASES
 
 FILES = {"stress.html", "stress.json", "stress.png", "stress.svg"}
@@ -23,7 +22,7 @@ FILES = {"stress.html", "stress.json", "stress.png", "stress.svg"}
 def cells(*verdicts):
     told = {"axis": AXES[0].name, "n": 3, "allowed": 1e-15, "h": 0.1, "steps": 3, "seconds": 0.01}
     return [
-        Cell(
+        judge.Cell(
             system=f"ball/{number % 2}", value=float(number // 3), label=f"{number // 3}",
             method=("rk-4", "gauss-8", "cf-4")[number % 3], verdict=verdict,
             message="<script>" if verdict == "wrong" else "",
@@ -57,31 +56,39 @@ def stressed(monkeypatch, tmp_path):
 
 
 def test_files(stressed):
-    verdicts = [*VERDICTS, *VERDICTS, *["hung"] * 16]
+    verdicts = [*judge.VERDICTS, *judge.VERDICTS, *["hung"] * 16]
     result, path, _ = stressed(cells(*verdicts))
     assert result.exit_code == 1
     assert "stress.html" in result.stdout.replace("\n", "")
-    off = {"wrong": "nan, allowed 1e-15; <script>"}
+    off = {"wrong": "not finite, allowed 1e-15; <script>"}
     told = [
         f"{verdict}: {('rk-4', 'gauss-8', 'cf-4')[k % 3]} on ball/{k % 2}, edge {k // 3}: "
         f"state off by {off.get(verdict, '1e-09, allowed 1e-15')}"
         for k, verdict in enumerate(verdicts)
-        if verdict in FORBIDDEN
+        if verdict in judge.FORBIDDEN
     ]
-    head, counts = (line.split() for line in result.stdout.splitlines()[:2])
-    assert (head, counts) == (["axis", *VERDICTS], ["edge", *"222222", "18"])
-    rest = ["References: none.", *told[:20], "… and 2 more: see the report"]
-    assert result.stdout.splitlines()[2:24] == rest
+    lines = [line.split() for line in result.stdout.splitlines()]
+    head = lines.index(["axis", *judge.VERDICTS])
+    assert ["References:", "none."] in lines[:head]
+    assert lines[head + 1] == ["edge", *"222222", "18"]
+    listed = [line[:6] for line in lines[head + 2 :] if line[:1] and line[0] in judge.FORBIDDEN]
+    bad = [(v, k) for k, v in enumerate(verdicts) if v in judge.FORBIDDEN]
+    assert listed == [
+        [v, ("rk-4", "gauss-8", "cf-4")[k % 3], f"ball/{k % 2}", "edge", f"{k // 3}", "state"]
+        for v, k in bad[:20]
+    ]
+    assert "22 forbidden verdicts" in result.stdout
     assert result.stderr.splitlines()[:22] == told
     text = path.with_name("stress.html").read_text(encoding="utf-8")
     assert "&lt;script&gt;" in text
     assert "<script>" not in text
     assert "22 forbidden verdicts in 30 cells" in text
+    assert "… and 2 more" in text
     assert "http" not in text.replace("http://www.w3.org", "")
     data = json.loads(path.read_text(encoding="utf-8"))
     assert "References: none." in text
     assert data["references"]["judged"] == 0
-    assert data["counts"] == dict.fromkeys(VERDICTS, 2) | {"hung": 18}
+    assert data["counts"] == dict.fromkeys(judge.VERDICTS, 2) | {"hung": 18}
 
 
 @pytest.mark.usefixtures("blank_pictures")
@@ -106,9 +113,9 @@ def test_the_report_counts_references(stressed):
 
 def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
     """All that is drawn of every axis with all its values lies on the figure, nothing on top."""
-    methods, figures, verdicts = gi.method_names(), [], itertools.cycle(VERDICTS)
+    methods, figures, verdicts = gi.method_names(), [], itertools.cycle(judge.VERDICTS)
     made = [
-        Cell(c.system, c.axis.name, c.value, c.text, c.n, m, next(verdicts), error=0.0)
+        judge.Cell(c.system, c.axis.name, c.value, c.text, c.n, m, next(verdicts), error=0.0)
         for c in CASES
         for m in (methods[0], methods[-1])
     ]
@@ -130,7 +137,9 @@ def test_the_picture_of_all_axes_is_not_clipped(stressed, monkeypatch):
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
     assert max(box.y1 for box in boxes) > figure.bbox.y1 - 5.0
     figures.clear()
-    found = cells(*VERDICTS)  # columns and rows, and a better one and a worse one in one place
+    found = cells(
+        *judge.VERDICTS
+    )  # columns and rows, and a better one and a worse one in one place
     stressed([*found, dataclasses.replace(found[1], verdict="ok", error=0.1)])
     (panel,) = figures[0].axes
     (squares,) = panel.collections
@@ -162,9 +171,9 @@ def test_exit_codes(stressed):
     line = "--methods rk-4 --systems neumann --axis step --quick --seconds 7 --workers 1 --quiet"
     result, _, asked = stressed(cells("ok"), False, *line.split())
     assert result.output == ""
-    assert plain == [sweep.Selection(), {"seconds": 60.0, "workers": 2}]
+    assert plain == [sweep.Selection(), {"cases": None, "seconds": 60.0, "workers": 2}]
     chosen = sweep.Selection(("rk-4",), ("neumann",), ("step",), True)
-    assert asked == [chosen, {"seconds": 7.0, "workers": 1}]
+    assert asked == [chosen, {"cases": None, "seconds": 7.0, "workers": 1}]
 
 
 def test_ctrl_c_keeps_what_was_done(monkeypatch):

@@ -187,7 +187,8 @@ def test_numbers_of_all_sizes(series: Any, size: float, expected: str, tmp_path:
         assert drift.drift_class == expected
     assert (sol.status == "success") == (expected != "not finite")
     labels = [axes.get_ylabel() for axes in sol.plot_drift().axes]
-    assert labels == ["largest |turns|", "mean turns"] or expected == "not finite"
+    unit = "turns (dimensionless)"
+    assert labels == [f"largest {unit}", f"mean {unit}"] or expected == "not finite"
     sol.save(tmp_path / "run.nc")
     found = gi.load(tmp_path / "run.nc").drift["it"]
     assert found == drift or expected == "not finite"

@@ -65,7 +65,7 @@ def exact(
         raise gi.DomainError("--paper", paper, "--out, the folder of what is for a paper")
     chosen = gi.load_scene(scene)
     if out is not None:
-        from .page import EXACT_FILES, write_exact_report
+        from .report import EXACT_FILES
 
         gi.check_folder(out, EXACT_FILES)
         if animate is not None and animate.resolve() in {(out / n).resolve() for n in EXACT_FILES}:
@@ -74,20 +74,22 @@ def exact(
         gi.check_file(animate)
     model = chosen.model
     name, motion = _motion(model)
-    given = chosen.sections["system"].items()
-    keys = ", ".join(f"{key} = {value}" for key, value in given if key != "name")
-    options.print_line(f"{chosen.title} ({chosen.name}: {keys})")
-    _print_motion(name, motion)
-    for t in times:
-        click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
-    path = _path(model) if out or animate else None
     if out is not None and not hasattr(motion, "lam"):
         raise gi.DomainError("--out", str(out), "a motion that separates: this is a steady turn")
+    path = _path(model) if out or animate else None
+
+    from geomint.reports.files import write
+    from geomint.reports.terminal import show
+
+    from .report import exact_report
+
+    command, drawn = options.reproducing_command(), out is not None
+    report = exact_report(chosen, name, motion, path, times, command, drawn)
+    show(report)
+    for row in report.record["states"]:
+        click.echo(f"t = {row['t']:.17g}: [" + ", ".join(f"{x:.16g}" for x in row["state"]) + "]")
     if out is not None:
-        page = write_exact_report(
-            chosen, name, motion, path, times, out, options.reproducing_command(), paper
-        )
-        options.say_report("report", page, paper)
+        options.say_report("report", write(report, out, paper), report.stem if paper else "")
     if animate is not None:
         if path is None:
             raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
@@ -113,26 +115,6 @@ def _path(model: gi.Model) -> Any:
 
     rho = next((p.parameters["rho"] for p in model.problems.values() if "rho" in p.parameters), 1.0)
     return ContactPath(problem.exact(model.states["classical"]), rho)
-
-
-def _print_motion(name: str, motion: Any) -> None:
-    def row(label: str, values: Any, form: str = ".15g") -> None:
-        click.echo(f"{label:<38}" + "  ".join(format(float(x), form) for x in values))
-
-    click.echo(f"exact flow in the representation {name!r}, n = {len(motion.a)}")
-    for k, ends in enumerate(motion.ovals, 1):
-        row(f"λ_{k} between", ends)
-    row("frequencies in τ", motion.frequencies)
-    try:
-        row("mean frequencies in t", motion.mean_frequencies)
-        row("t per τ, mean", [motion.clock.mean])
-    except gi.DomainError as error:
-        click.echo(f"physical time is not available: {error}")
-    row("condition number", [motion.condition], ".3g")
-    fastest = max(abs(float(x)) for x in motion.frequencies)
-    row("error of phases, over their size", [motion.phase_error(1e3 / fastest) / 1e3], ".3g")
-    row("phases mean something up to |τ|", [motion.longest], ".3g")
-    row("a turn of the fastest angle takes τ", [6.283185307179586 / fastest], ".6g")
 
 
 def _animate(model: gi.Model, path: Any, file: Path, frames: int) -> None:

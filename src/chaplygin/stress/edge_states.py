@@ -17,15 +17,6 @@ GammaAt = Callable[[int, float], Array]
 
 _POWERS = (-500, -250, -25, 0, 25, 250, 500)  # of 2, for |p|/2; |p|² is 1e-300 … 1e300
 _DISTANCES = (1e-1, 1e-8, 1e-300, 0.0)
-_MOMENTA = (
-    "p",
-    "p_tilde",
-    "k",
-    "omega",
-    "v",
-    "w",
-    "P",
-)  # pieces that are proportional to a velocity
 _FOUR = ("sphere", "veselova", "veselova-lr")  # motions that are placed in R⁴ as well
 
 
@@ -61,9 +52,8 @@ def _scaled(name: str, n: int, power: int) -> gi.StressCase:
     """Return p times a power of two: the same motion in another unit of time, to the last bit."""
     size = 2.0**power
     value, start = 4.0 * size * size, partial(started, name, n)
-    unit = gi.Rescaled(partial(start, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size))
     build, label, quick = partial(start, size), f"{value:.0e}", abs(power) == 250
-    return case_of(MOMENTUM, name, n, value, build, "", quick, label=label, rescaled=unit)
+    return case_of(MOMENTUM, name, n, value, build, "", quick, label=label)
 
 
 def _at_rest(name: str, n: int) -> gi.StressCase:

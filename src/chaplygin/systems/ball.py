@@ -1,5 +1,7 @@
 """The ball with any momentum and any inertia operator, and the homogeneous one."""
 
+from pydantic import Field
+
 import geomint as gi
 
 from ..ball.rolling_states import initial_attitude
@@ -37,7 +39,7 @@ class AnyBall(Weight):
 class BallParameters(AnyBall):
     """A ball; `attitude` makes the scene's own problem carry g."""
 
-    attitude: bool = False
+    attitude: bool = Field(default=False, description="whether the state carries the rotation g")
 
 
 class HomogeneousParameters(Strict):
@@ -46,7 +48,7 @@ class HomogeneousParameters(Strict):
     n: Dimension
     s: Number
     D: Number
-    attitude: bool = False
+    attitude: bool = Field(default=False, description="whether the state carries the rotation g")
 
 
 def _build_ball(parameters: BallParameters, initial: Initial) -> gi.Model:

@@ -3,43 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import io
 import os
 import sys
 import traceback
 import warnings
 from collections.abc import Iterator, Sequence
-from importlib.metadata import EntryPoint
 from typing import Any
 
 import click
 
 from .. import __version__
-from ..errors import GeomintError, GeomintWarning, loaded, nearest, offered, raised
+from ..errors import GeomintError, GeomintWarning, nearest, raised
 from ..run.files.inputs import inputs_of_command
 from .options import exit_code, print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
-
-# What --help shows; each command lives in the module of this package of its name.
-COMMANDS = {
-    "scenes": "List the built-in scenes.",
-    "methods": "List the integration methods.",
-    "check": "Check a scene and show how geomint would run it.",
-    "run": "Integrate a scene and write states and drifts to a NetCDF file.",
-    "drift": "Integrate a scene for a long time and report the drift of its invariants.",
-    "section": "Compute a Poincaré section of a scene.",
-    "scan": "Integrate a scene for many parameter values or initial states.",
-    "chaos": "Compute Lyapunov exponents of a scene and test whether its motion is chaotic.",
-    "compare": "Compare methods on a scene: run time against error.",
-    "warm": "Compile the code of scenes now, so that later runs start at once.",
-    "stress": "Test all methods on all systems until each fails.",
-}
-
-
-def _others() -> dict[str, EntryPoint]:
-    return offered("geomint.commands", COMMANDS)
+from .table import find_command, other_commands, own_commands
 
 
 @contextlib.contextmanager
@@ -82,29 +62,28 @@ class LazyGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands, the built-in ones first."""
-        return [*COMMANDS, *sorted(_others())]
+        return [*own_commands(), *sorted(other_commands())]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a command that was not added; for an unknown one suggest the nearest name."""
-        others = _others()
+        known = self.list_commands(ctx)
         if cmd_name in self.commands:
             command = self.commands[cmd_name]
-        elif cmd_name in COMMANDS:
-            command = importlib.import_module(f"{__package__}.{cmd_name}").command
+        elif cmd_name not in known:
+            if cmd_name and not cmd_name.startswith("-") and not ctx.resilient_parsing:
+                hint = nearest(cmd_name, known, "`geomint --help`")
+                ctx.fail(f"no such command {cmd_name!r}.{hint}")
+            return None
         else:
-            if cmd_name not in others:
-                if cmd_name and not cmd_name.startswith("-") and not ctx.resilient_parsing:
-                    hint = nearest(cmd_name, self.list_commands(ctx), "`geomint --help`")
-                    ctx.fail(f"no such command {cmd_name!r}.{hint}")
-                return None
             try:
-                command = loaded(others[cmd_name])
-                if not isinstance(command, click.Command):
-                    raise GeomintError(f"command {cmd_name!r} is not a click command: {command!r}")
+                found = find_command(cmd_name)
             except GeomintError:
                 if ctx.resilient_parsing:  # a shell completes a word
                     return None
                 raise
+            from .shell import in_shell
+
+            command = found if isinstance(found, click.Command) else in_shell(found)
         for parameter in command.params:
             if isinstance(parameter.type, click.Path):  # of plugged-in commands too
                 parameter.type = _Named(parameter.type)
@@ -112,8 +91,8 @@ class LazyGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands without importing any."""
-        rows = list(COMMANDS.items())
-        others = sorted(_others().items())
+        rows = [(name, summary(module)) for name, module in own_commands().items()]
+        others = sorted(other_commands().items())
         rows += [(name, summary(*point.value.split(":", 1))) for name, point in others]
         with formatter.section("Commands"):
             formatter.write_dl(rows)

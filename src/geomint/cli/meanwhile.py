@@ -9,15 +9,16 @@ from ..run.progress import WHEN_RUNNING
 
 SWITCH = 2e-4  # seconds
 
-_DRAWING = (
+_NEEDED = (
+    "geomint.reports.files",
     "geomint.plots.figure",
     "matplotlib.backends.backend_agg",
     "matplotlib.backends.backend_svg",
 )
 
 
-def import_meanwhile(page: str, at_once: bool = False) -> None:
-    """Import a module of `geomint.report`, and what figures are made with, beside the next run.
+def import_meanwhile(at_once: bool = False) -> None:
+    """Import what pages and figures are made with, beside the next run.
 
     Or `at_once`. Before a run Python has enough to do. What fails here fails again, and is told, where
     it is imported for use.
@@ -28,11 +29,11 @@ def import_meanwhile(page: str, at_once: bool = False) -> None:
         before = sys.getswitchinterval()
         sys.setswitchinterval(SWITCH)
         with contextlib.suppress(Exception):
-            for name in (f"geomint.report.{page}", *_DRAWING):
+            for name in _NEEDED:
                 importlib.import_module(name)
         sys.setswitchinterval(before)
 
-    thread = threading.Thread(target=load, name=f"importing {page}")
+    thread = threading.Thread(target=load, name="importing the page")
     if at_once:
         thread.start()
     else:

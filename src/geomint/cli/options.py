@@ -8,7 +8,7 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "EXIT_CODES",
+    "built",
     "check_time",
     "chosen_scene",
     "debug_option",
@@ -30,7 +31,6 @@ __all__ = [
     "exit_code",
     "folder_option",
     "list_option",
-    "methods_of",
     "methods_option",
     "paper_option",
     "partly",
@@ -42,10 +42,12 @@ __all__ = [
     "reproducing_command",
     "say",
     "say_report",
+    "scene_argument",
     "scene_choice",
     "scene_options",
-    "taken",
     "tell_failure",
+    "watched_option",
+    "written",
     "yes_option",
 ]
 
@@ -73,8 +75,9 @@ def list_option(
 
 debug_option = click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 
+scene_argument = click.argument("scene")
 _CHOICE = (
-    click.argument("scene"),
+    scene_argument,
     click.option("--method", metavar="NAME", help="Use this method; `geomint methods` lists all."),
     click.option("--step", type=float, help="Step size, in the time of the problem (t or tau)."),
     click.option(
@@ -92,14 +95,11 @@ _ENDS = (
     click.option("--t-end", type=float, help="End time t (physical time)."),
     click.option("--tau-end", type=float, help="End time tau, in scenes that use tau."),
 )
-_WATCHED = (
-    list_option(
-        "--observe",
-        "quantities",
-        metavar="LIST",
-        help="Quantities or groups to measure instead of those of the scene, separated by commas.",
-    ),
-    debug_option,
+watched_option = list_option(
+    "--observe",
+    "quantities",
+    metavar="LIST",
+    help="Quantities or groups to measure instead of those of the scene, separated by commas.",
 )
 
 methods_option = list_option(
@@ -162,48 +162,34 @@ scene_choice = _all_of(*_CHOICE)
 end_options = _all_of(*_ENDS)
 
 # The argument SCENE and the options that change it, as `chosen_scene` takes them.
-scene_options = _all_of(*_CHOICE[:4], *_ENDS, *_CHOICE[4:], *_WATCHED)
+scene_options = _all_of(*_CHOICE[:4], *_ENDS, *_CHOICE[4:], watched_option, debug_option)
 
 
-def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
-    """Return a scene, as ``geomint drift`` runs it if so, with what the command line changes in it."""
-    from ..errors import SceneError
+def chosen_scene(scene: str, use: str = "run", **changes: Any) -> Scene:
+    """Return a scene, for a use of it, with what the command line changes in it."""
     from ..scene.load import load_changed
 
-    for keys in (("step", "tolerance"), ("t_end", "tau_end")):
-        given = [f"{_option(key)} {changes[key]:g}" for key in keys if changes.get(key) is not None]
-        if len(given) == 2:
-            raise SceneError(f"{' and '.join(given)}: expected one of them")
-    with Gathered(quiet=True), patience("building the scene"):  # its notes are printed instead
-        return load_changed(scene, drift, _option, **changes)
+    tell_file(scene)
+    return built(functools.partial(load_changed, scene, use, written, **changes))
 
 
-def taken(keys: dict[str, Any], *more: str) -> dict[str, Any]:
-    """Take what changes a scene, and `more`, out of what a command was given: the rest is its own."""
-    return {key: keys.pop(key) for key in ("method", "step", "tolerance", "representation", *more)}
+def built(make: Callable[[], Scene]) -> Scene:
+    """Return the scene that a function makes; its notes are printed, not told as warnings."""
+    with Gathered(quiet=True), patience("building the scene"):
+        return make()
 
 
-def _option(key: str) -> str:
+def tell_file(scene: str) -> None:
+    """Say that a file in Python is run."""
+    from ..scene.own import in_python
+
+    if found := in_python(scene):
+        print_message(f"running {found[0]}")
+
+
+def written(key: str) -> str:
     """Return the option of the command line that changes a key of a scene."""
     return "--observe" if key == "quantities" else f"--{key.replace('_', '-')}"
-
-
-def methods_of(scene: Scene, methods: list[str] | None, changes: Mapping[str, Any]) -> list[str]:
-    """Return the methods of a drift report.
-
-    The command line comes before the scene: --methods, or else --method or --step for one.
-    """
-    from ..errors import SceneError
-    from ..scene.entries import methods_and_steps
-
-    single = changes["method"] is not None or changes["step"] is not None
-    if methods is None:
-        listed = None if single else scene.content.drift.methods
-        return listed or [scene.content.integrate.method]
-    if single:
-        raise SceneError("--methods: expected neither --method nor --step; write NAME:STEP")
-    methods_and_steps(methods)
-    return methods
 
 
 def print_notes(scene: Scene, more: Iterable[str] = ()) -> None:
@@ -228,11 +214,10 @@ def say(what: str, path: Path) -> None:
     print_line(f"{what}: {path}")
 
 
-def say_report(what: str, page: Path, paper: bool) -> None:
-    """Print where a report was written, and what is for a paper."""
+def say_report(what: str, page: Path, stem: str = "") -> None:
+    """Print where a report was written, and what is for a paper, whose names begin with `stem`."""
     say(what, page)
-    if paper:
-        stem = "drift" if page.stem == "report" else page.stem
+    if stem:
         say("for a paper", page.parent / f"{stem}-paper.tex")
 
 

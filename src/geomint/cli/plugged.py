@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def summary(module: str, function: str = "") -> str:
-    """Return the first line of a function's docstring, read from the source of its module.
+    """Return the first line of a function's docstring, or its module's, read from the source.
 
     Of the packages around nothing is imported either. Where there is no such text, the package's name.
     """
@@ -15,12 +15,10 @@ def summary(module: str, function: str = "") -> str:
         tree = ast.parse(_source(module).read_text(encoding="utf-8"))
     except (Exception, SystemExit):  # whatever is wrong with it
         return f"From {package}."
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef) and node.name == function:
-            lines = (ast.get_docstring(node) or "").splitlines()
-            if lines:
-                return lines[0]
-    return f"From {package}."
+    functions = [n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == function]
+    nodes: list[ast.FunctionDef | ast.Module] = [*functions, tree]
+    texts = (ast.get_docstring(node) for node in nodes)
+    return next((text.splitlines()[0] for text in texts if text), f"From {package}.")
 
 
 def _source(module: str) -> Path:

@@ -120,9 +120,10 @@ def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem
     """Return the representation that is integrated in double-double arithmetic."""
     name, problem = next(iter(model.problems.items()))
     if "t_end" in end and problem.time == "tau":
-        return next(
-            (n, p) for n, p in model.problems.items() if p.time == "t" and p.field is not None
-        )
+        for other, found in model.problems.items():
+            if found.time == "t" and found.field is not None:
+                return other, found
+        raise FormError(f"{name!r} is a problem in τ: expected tau_end in place of t_end")
     return name, problem
 
 

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -17,8 +17,9 @@ from ..problems.evaluate import value
 from ..run.progress import HOUR
 from ..run.solve import solve
 from ..scene.scene import Scene
-from .endpoint import MOST_EXTENDED_STEPS, Endpoint, Source
+from .endpoint import MOST_EXTENDED_STEPS, Endpoint
 from .ladder import STEP_FACTORS, ladder
+from .peers import PEERS
 from .point import timed_runs
 from .runs import Comparison, compare
 
@@ -26,39 +27,32 @@ EXTENDED, COARSEST = 300.0, max(STEP_FACTORS)  # times gauss-8; times the defaul
 LONGEST = 1.0  # seconds of a run: those that do not converge turn to another kernel early
 
 
-def compare_scene(
-    scene: Scene,
-    methods: list[str],
-    steps: list[float] | None = None,
-    repeats: int | None = None,
-    reference: Source = "auto",
-    peers: Iterable[str] = (),
-    report: Callable[[str], None] = lambda text: None,
-) -> Comparison:
-    """Compare methods on a scene.
+def compare_scene(scene: Scene, report: Callable[[str], None] = lambda text: None) -> Comparison:
+    """Compare methods on a scene, as its section ``[compare]`` says.
 
     The scene's own method, if it is one of them, runs with its options and about its step, or the one
     that meets its tolerance; all run in the representation that the scene asks for, if it does. See
     `compare` for the rest.
     """
+    asked = scene.content.compare
     return compare(
         scene.model,
         scene.content.time.end,
-        methods_of(scene, methods),
-        steps=steps,
+        methods_of(scene),
+        steps=asked.steps,
         first_steps=first_steps(scene),
         representation=scene.content.integrate.representation,
-        repeats=repeats,
-        reference=reference,
-        peers=peers,
+        repeats=asked.repeats,
+        reference=asked.reference or "auto",
+        peers=PEERS if asked.peers else (),
         report=report,
     )
 
 
-def methods_of(scene: Scene, names: list[str]) -> list[str | Method]:
-    """Return the methods of those names: the scene's own one with its options."""
-    own = scene.content.integrate.method
-    return [scene.method if name == own else name for name in names]
+def methods_of(scene: Scene) -> list[str | Method]:
+    """Return the methods of a comparison: the scene's own one with its options, alone by default."""
+    own, names = scene.content.integrate.method, scene.content.compare.methods
+    return [scene.method if name == own else name for name in names or [own]]
 
 
 def first_steps(scene: Scene) -> dict[str, float]:
@@ -69,26 +63,22 @@ def first_steps(scene: Scene) -> dict[str, float]:
     return {} if step is None else {scene.method.name: step}
 
 
-def comparison_time(
-    scene: Scene,
-    methods: Iterable[str],
-    steps: list[float] | None,
-    repeats: int | None,
-    reference: str,
-) -> Estimate:
+def comparison_time(scene: Scene) -> Estimate:
     """Return how long the reference and the first point of every method take.
 
     Further points are left out by `geomint.compare.runs.compare` where the first lets expect that they
     take long. A reference in double-double arithmetic takes about 300 times the time of gauss-8 at its
     default step (200 to 1500 were measured); where there is an exact flow, next to nothing.
     """
+    asked, reference = scene.content.compare, scene.content.compare.reference or "auto"
     bare = scene.changed(save={"every": None, "t_eval": None}).changed_observation([])
     exact = any(p.make_exact is not None for p in scene.model.problems.values())
+    longest = max(asked.steps) if asked.steps else None
     parts: list[tuple[str, float | None, float]] = []
     if reference != "exact":
         parts.append(("gauss-8", None, EXTENDED))
-    longest = max(steps) if steps else None
-    parts += [(m, longest, 1.0 / (COARSEST if steps is None else 1.0)) for m in methods]
+    times = 1.0 / (COARSEST if longest is None else 1.0)
+    parts += [(find_method(m).name, longest, times) for m in methods_of(scene)]
     seconds, measured = 0.0, False
     for name, step, times in parts:
         try:
@@ -101,17 +91,14 @@ def comparison_time(
         found = estimate(plan, HOUR / times)
         measured = measured or found.measured
         once = times * found.seconds if math.isfinite(found.seconds) else 0.0
-        seconds += once if times == EXTENDED else _together(once, repeats)
+        if times != EXTENDED and once > 0.0:
+            runs, enough = timed_runs(asked.repeats)
+            once *= min(runs, max(1, math.ceil(enough / once)))
+        seconds += once
     return Estimate(seconds, measured)
 
 
-def _together(once: float, repeats: int | None) -> float:
-    """Return how long the timed runs of a point take, if one takes so long."""
-    runs, enough = timed_runs(repeats)
-    return once * min(runs, max(1, math.ceil(enough / once))) if once > 0.0 else 0.0
-
-
-def warming(scene: Scene, names: list[str], at: str) -> list[Callable[[], object]]:
+def warming(scene: Scene, at: str) -> list[Callable[[], object]]:
     """Return tasks for the methods that are still to come.
 
     In their order where the comparison is at a reference in double-double arithmetic, which takes as
@@ -122,11 +109,11 @@ def warming(scene: Scene, names: list[str], at: str) -> list[Callable[[], object
     at : str
         What has been reported last.
     """
-    tasks: list[Callable[[], object]] = []
-    tasks += [partial(warm_method, scene, method) for method in methods_of(scene, names)]
+    methods = methods_of(scene)
+    tasks: list[Callable[[], object]] = [partial(warm_method, scene, method) for method in methods]
     if "double-double" in at:
         return tasks
-    begun = [i + 1 for i, name in enumerate(names) if at.startswith(f"{name}, ")]
+    begun = [i + 1 for i, m in enumerate(methods) if at.startswith(f"{find_method(m).name}, ")]
     return tasks[max(begun, default=0) :][::-1]
 
 

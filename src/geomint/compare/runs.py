@@ -20,6 +20,7 @@ from ..methods import Method, find_method
 from ..plan.fitting import representation_for
 from ..problems.systems import Model
 from ..run.many import Outcome, attempt, run_many
+from ..run.reported import Reported
 from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
@@ -32,7 +33,7 @@ __all__ = ["Comparison", "Point", "compare"]
 
 
 @dataclass(eq=False)
-class Comparison(Compared):
+class Comparison(Compared, Reported):
     """All points, the reference, and the drifts of each method's best run.
 
     `status` is ``"interrupted"`` if Ctrl-C ended it before the last point; `left_out` says of peers

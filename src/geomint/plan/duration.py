@@ -9,13 +9,11 @@ compiled, with all that it watches.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from ..errors import Gathered, StepError
 from ..problems.evaluate import value
 from ..run.progress import HOUR, time_in_words
 from ..run.solution import Solution
-from ..run.solve import solve
 from .plan import Plan
 
 TRIAL = 0.1  # seconds
@@ -113,16 +111,6 @@ def _trial(plan: Plan) -> float | None:
 def _short_run(plan: Plan, end: float) -> Solution:
     """Run to an end in the problem's own time, with what is watched all the way."""
     watched = {name: watcher for name, watcher in plan.observed.items() if watcher.steps is None}
-    name = "tau_end" if plan.problem.time == "tau" else "t_end"
-    ends: dict[str, Any] = {name: end}
+    every = plan.scene.content.observe.every if watched else 1
     with Gathered(quiet=True):  # the run itself will say so
-        return solve(
-            plan.problem,
-            plan.state,
-            **ends,
-            method=plan.scene.method,
-            step=abs(plan.timeline.h),
-            observe=watched,
-            observe_every=plan.scene.content.observe.every if watched else 1,
-            clock=plan.clock.chosen,
-        )
+        return plan.run_to(end, observe=watched, observe_every=every, clock=plan.clock.chosen)

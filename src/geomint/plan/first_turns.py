@@ -8,7 +8,6 @@ from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.solution import Solution
-from ..run.solve import solve
 from ..run.stretch import Stretch, stretch_of
 from .plan import Plan
 
@@ -61,19 +60,9 @@ def first_turns(plan: Plan) -> FirstTurns | None:
 
 def _short_run(plan: Plan, end: float) -> Solution:
     """Return the run to an own time, or as far as it gets."""
-    given, in_tau = plan.scene.content.integrate.step, plan.problem.time == "tau"
+    clock = False if plan.problem.time == "tau" else None
     try:
-        return solve(
-            plan.problem,
-            plan.state,
-            t_end=None if in_tau else end,
-            tau_end=end if in_tau else None,
-            method=plan.method.chosen,
-            step=given if plan.method.chosen.adaptive else abs(plan.timeline.h),
-            dense=True,
-            clock=False if in_tau else None,
-            progress=False,
-        )
+        return plan.run_to(end, dense=True, clock=clock, progress=False)
     except StepError as error:
         if not isinstance(error.partial, Solution):
             raise

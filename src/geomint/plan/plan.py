@@ -11,6 +11,7 @@ from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.shown import Shown
+from ..run.promise import Setting
 from ..run.solution import Solution
 from ..run.timeline import Timeline
 from ..scene.load import load_scene
@@ -49,6 +50,8 @@ class Plan(Shown, Compared):
         Its length in the problem's own time; of an adaptive method that of the first.
     steps, evaluations : Choice of number or None
         How many there will be, where that is known; evaluations only if costs are asked for.
+    setting : Setting or None
+        What meets a tolerance, where the scene has one.
     """
 
     scene: Scene
@@ -66,6 +69,7 @@ class Plan(Shown, Compared):
     step: Choice[float]
     steps: Choice[int | None]
     evaluations: Choice[float | None] | None = None
+    setting: Setting | None = None
 
     @property
     def choices(self) -> tuple[Choice[Any], ...]:
@@ -108,8 +112,8 @@ class Plan(Shown, Compared):
 
         time, observe = self.scene.content.time, self.scene.content.observe
         save, route = self.save.chosen, self.route
-        given, tolerance = self.scene.content.integrate.step, self.scene.content.integrate.tolerance
-        step = self.step.chosen if tolerance is None and route.lift is not None else None
+        given, chosen = self.scene.content.integrate.step, self.setting
+        step = self.step.chosen if chosen is None and route.lift is not None else None
         try:
             solution = solve(
                 self.problem,
@@ -118,7 +122,7 @@ class Plan(Shown, Compared):
                 tau_end=time.tau_end,
                 method=self.method.chosen,
                 step=step if given is None else given,
-                tolerance=tolerance,
+                tolerance=chosen,  # type: ignore[arg-type]  # so that it is not searched for again
                 t_eval=None if save.t_eval is None else list(save.t_eval),
                 save_every=save.every,
                 events=self.scene.events if self.purpose == "run" else None,
@@ -132,6 +136,15 @@ class Plan(Shown, Compared):
             error.partial = self._handed_out(error.partial)
             raise
         return self._handed_out(solution)
+
+    def run_to(self, end: float, **given: Any) -> Solution:
+        """Return a run of the same method and step to a time of the problem's own."""
+        from ..run.solve import solve
+
+        method, in_tau = self.method.chosen, self.problem.time == "tau"
+        own = self.scene.content.integrate.step if method.adaptive else abs(self.timeline.h)
+        ends: dict[str, Any] = {"tau_end" if in_tau else "t_end": end}
+        return solve(self.problem, self.state, method=method, step=own, **ends, **given)
 
     def _handed_out(self, solution: Solution) -> Solution:
         """Return a solution with the states that are asked for."""
@@ -199,6 +212,7 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
         timeline=timeline,
         step=rules.choose_step(asked, route, timeline, chosen),
         steps=(steps := rules.choose_steps(asked, route, timeline)),
+        setting=chosen,
     )
     if not costs:
         return plan

@@ -3,15 +3,18 @@
 `warm` compiles what the commands of a scene run, ahead of them: they find it in the cache.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import NamedTuple
 
 from ..errors import ByName, FormError, Gathered, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
+from ..methods.registry import AUTO
 from ..problems.evaluate import value
 from ..problems.problem import Time
 from ..run.many import Outcome, attempt, run_many
+from ..run.reported import Reported
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..scene.entries import methods_and_steps
@@ -75,7 +78,7 @@ class MethodRun:
 
 
 @dataclass(eq=False)
-class SeveralRuns(Compared):
+class SeveralRuns(Compared, Reported):
     """All runs of a scene, a method each, in the order asked for.
 
     A sequence of `MethodRun`; ``runs["gauss-8"]`` is the one with that label, ``runs[0]`` the first.
@@ -103,6 +106,11 @@ class SeveralRuns(Compared):
         """Its name with its unit, for axes."""
         return f"{'τ' if self.time == 'tau' else 't'} ({self.scene.problem.unit(self.time)})"
 
+    def unit(self, name: str) -> str:
+        """Return the unit of a quantity."""
+        plans = [run.plan for run in self.runs if run.plan is not None and name in run.drift]
+        return plans[0].problem.unit(name) if plans else ""
+
     def __getitem__(self, which: str | int) -> MethodRun:
         if isinstance(which, int):
             return self.runs[which]
@@ -125,9 +133,72 @@ class SeveralRuns(Compared):
         return "success" if "success" in found else "failed"
 
 
+class Variant(NamedTuple):
+    """A scene with one method, and its plan, or why it has none.
+
+    Attributes
+    ----------
+    in_t : bool
+        Whether it is in physical time, while the scene ends in τ: it ends at the physical time that is
+        reached there, which the plan only estimates by the rate at the start.
+    """
+
+    scene: Scene
+    plan: Plan | None
+    error: GeomintError | None = None
+    in_t: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Variants(Compared):
+    """A scene with one or several methods, each planned, by labels that are unique."""
+
+    scene: Scene
+    each: Mapping[str, Variant]
+
+    @property
+    def plans(self) -> list[Plan]:
+        """Those that there are."""
+        return [variant.plan for variant in self.each.values() if variant.plan is not None]
+
+    @property
+    def notes(self) -> list[str]:
+        """What is asked for and done by none of the plans, in words."""
+        return common_notes(self.plans)
+
+
+def plan_methods(scene: Scene, methods: Iterable[str], costs: bool = False) -> Variants:
+    """Return the plans of a scene by one or several methods. Nothing is integrated.
+
+    Parameters
+    ----------
+    scene : Scene
+        As `Scene.for_drift` returns it. Its own method keeps its step and its options.
+    methods : iterable of str
+        Names, or ``"NAME:STEP"`` with the step in the time that the method works in.
+    costs : bool
+        As in `make_plan`.
+
+    Raises
+    ------
+    GeomintError
+        That of the first method, if none has a plan; for names and steps that make no sense.
+    """
+    found = {}
+    for label, variant in _labelled_scenes(scene, methods).items():
+        try:
+            found[label] = _planned(variant, costs)
+        except GeomintError as error:
+            found[label] = Variant(variant, None, error)
+    errors = [variant.error for variant in found.values() if variant.error is not None]
+    if len(errors) == len(found):
+        raise errors[0]
+    return Variants(scene, found)
+
+
 def run_methods(
-    scene: Scene,
-    methods: Iterable[str],
+    scene: Scene | Variants,
+    methods: Iterable[str] = (),
     progress: bool | None = None,
     report: Callable[[MethodRun], None] = lambda run: None,
 ) -> SeveralRuns:
@@ -140,10 +211,9 @@ def run_methods(
 
     Parameters
     ----------
-    scene : Scene
-        As `Scene.for_drift` returns it. Its own method keeps its step and its options.
+    scene : Scene, or what `plan_methods` gives
     methods : iterable of str
-        Names, or ``"NAME:STEP"`` with the step in the time that the method works in.
+        As `plan_methods` takes them.
     progress : bool, optional
         As in `geomint.solve`.
     report : callable
@@ -157,18 +227,21 @@ def run_methods(
         Or another error, that of the first, if every method fails before its first step. After
         Ctrl-C before any, KeyboardInterrupt.
     """
-    variants = _labelled_scenes(scene, methods)
-    result = SeveralRuns(scene)
-    plans = {}
-
-    def physical_end() -> float:
-        if result.physical_end is None:
-            result.physical_end = _physical_end(scene, progress)
-        return result.physical_end
+    variants = plan_methods(scene, methods) if isinstance(scene, Scene) else scene
+    result, plans = SeveralRuns(variants.scene), {}
 
     def planned(label: str, progress: bool | None) -> Solution:
-        plans[label] = _plan_method(variants[label], physical_end)
-        return plans[label].solve(progress)
+        variant = variants.each[label]
+        if variant.error is not None:
+            raise variant.error
+        plan = variant.plan
+        if variant.in_t:
+            if result.physical_end is None:
+                result.physical_end = _physical_end(variants.scene, progress)
+            plan = make_plan(variant.scene.changed(time={"t_end": result.physical_end}), "drift")
+        assert plan is not None
+        plans[label] = plan
+        return plan.solve(progress)
 
     def take(run: MethodRun) -> None:
         result.runs.append(run)
@@ -176,9 +249,9 @@ def run_methods(
         if run.status == "interrupted":
             raise KeyboardInterrupt
 
-    outcomes = ((label, attempt(partial(planned, label), progress)) for label in variants)
+    outcomes = ((label, attempt(partial(planned, label), progress)) for label in variants.each)
     run_many((_method_run(result, label, plans.get(label), o) for label, o in outcomes), take)
-    for label in list(variants)[len(result) :]:
+    for label in list(variants.each)[len(result) :]:
         take(MethodRun(label, None, None, "not run", "the report was interrupted"))
     if all(run.solution is None for run in result):
         raise (result.status == "failed" and result[0].error) or KeyboardInterrupt
@@ -204,42 +277,16 @@ def run_plan(plan: Plan, progress: bool | None = None) -> SeveralRuns:
     return result
 
 
-def common_notes(plans: Iterable[Plan | str | None]) -> list[str]:
+def common_notes(plans: Iterable[Plan]) -> list[str]:
     """Return what is asked for and done by none of the plans, in words."""
-    notes = [plan.notes for plan in plans if isinstance(plan, Plan)]
+    notes = [plan.notes for plan in plans]
     return [note for note in dict.fromkeys(sum(notes, ())) if all(note in own for own in notes)]
 
 
-def expected_plans(
-    scene: Scene, methods: Iterable[str], costs: bool = False
-) -> dict[str, Plan | str]:
-    """Return the plan of each method, or why there is none. Nothing is integrated.
-
-    The physical end of methods in t is estimated by the rate at the start if the scene ends in τ.
-
-    Raises
-    ------
-    GeomintError
-        That of the first method, if none has a plan.
-    """
-
-    def physical_end() -> float:
-        clock, tau_end = scene.problem.clock, scene.content.time.tau_end
-        assert clock is not None
-        assert tau_end is not None
-        return tau_end * value(scene.problem, clock, scene.state)
-
-    plans: dict[str, Plan | str] = {}
-    errors: list[GeomintError] = []
-    for label, variant in _labelled_scenes(scene, methods).items():
-        try:
-            plans[label] = _plan_method(variant, physical_end, costs)
-        except GeomintError as error:
-            plans[label] = str(error)
-            errors.append(error)
-    if len(errors) == len(plans):
-        raise errors[0]
-    return plans
+def drift_methods(scene: Scene) -> list[str]:
+    """Return the methods of a drift report: those of ``[drift]``, or the scene's own alone."""
+    own = scene.content.integrate.method
+    return scene.content.drift.methods or [scene.method.name if own == AUTO else own]
 
 
 def _labelled_scenes(scene: Scene, methods: Iterable[str]) -> dict[str, Scene]:
@@ -258,8 +305,8 @@ def _labelled_scenes(scene: Scene, methods: Iterable[str]) -> dict[str, Scene]:
     }
 
 
-def _plan_method(scene: Scene, physical_end: Callable[[], float], costs: bool = False) -> Plan:
-    """Return the plan to the scene's own end, or else to the physical time that is reached there.
+def _planned(scene: Scene, costs: bool) -> Variant:
+    """Return the plan to the scene's own end, or to about the physical time that is reached there.
 
     Raises
     ------
@@ -267,16 +314,17 @@ def _plan_method(scene: Scene, physical_end: Callable[[], float], costs: bool = 
         If the method fits no representation.
     """
     try:
-        return make_plan(scene, "drift", costs)
+        return Variant(scene, make_plan(scene, "drift", costs))
     except FormError as error:
-        tau_end = scene.content.time.tau_end
-        if tau_end is None:
+        tau_end, clock = scene.content.time.tau_end, scene.problem.clock
+        if tau_end is None or clock is None:
             raise
+        t_end = tau_end * value(scene.problem, clock, scene.state)
+        variant = scene.changed(time={"t_end": t_end})
         try:
-            make_plan(scene.changed(time={"t_end": tau_end}), "drift")
+            return Variant(variant, make_plan(variant, "drift", costs), in_t=True)
         except FormError:
             raise error from None
-    return make_plan(scene.changed(time={"t_end": physical_end()}), "drift", costs)
 
 
 def _physical_end(scene: Scene, progress: bool | None) -> float:
@@ -324,11 +372,10 @@ def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> 
     Raises
     ------
     GeomintError
-        As `expected_plans`, and `make_plan`.
+        As `plan_methods`, and `make_plan`.
     """
     drifting = scene.for_drift()
-    plans = [p for p in expected_plans(drifting, methods).values() if isinstance(p, Plan)]
-    for plan in (*plans, make_plan(scene)):
+    for plan in (*plan_methods(drifting, methods).plans, make_plan(scene)):
         warm_plan(plan, progress)
 
 

@@ -24,7 +24,9 @@ Runs = Sequence[tuple[str, Mapping[str, Drift]]]
 Draw: TypeAlias = "Callable[[Axes], None]"
 
 
-def drift_figure(runs: Runs, time: str, status: str = "success") -> Figure:
+def drift_figure(
+    runs: Runs, time: str, status: str = "success", unit: Callable[[str], str] = lambda name: ""
+) -> Figure:
     """Return a figure of the drifts of one or several runs, for print 6.5 inches wide.
 
     Parameters
@@ -34,6 +36,8 @@ def drift_figure(runs: Runs, time: str, status: str = "success") -> Figure:
         The time that the drifts are measured in: ``"t"`` or ``"tau"``.
     status : str
         Of the run, written above the panels if it is not ``"success"``.
+    unit : callable
+        Returns that of a quantity.
 
     Notes
     -----
@@ -43,13 +47,14 @@ def drift_figure(runs: Runs, time: str, status: str = "success") -> Figure:
     names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
     draws = []
     for name in names:
+        given: dict[str, Any] = {"name": name, "time": time, "unit": unit(name)}
         if len(runs) == 1:
             drift = runs[0][1][name]  # no legend for a single run
-            draws.append(partial(draw_sizes, name=name, runs=[(0, "_", drift)], time=time))
-            draws.append(partial(draw_means, name=name, drift=drift, time=time))
+            draws.append(partial(draw_sizes, runs=[(0, "_", drift)], **given))
+            draws.append(partial(draw_means, drift=drift, **given))
         else:
             chosen = [(i, label, d[name]) for i, (label, d) in enumerate(runs) if name in d]
-            draws.append(partial(draw_sizes, name=name, runs=chosen, time=time))
+            draws.append(partial(draw_sizes, runs=chosen, **given))
     with grid_figure(draws, 1.55) as (figure, grid):
         if status != "success":
             figure.suptitle(f"run {status}", color="#b00020", weight="bold")
@@ -93,7 +98,9 @@ def panel_figure(draw: Draw, roomy: bool = False, square: bool = False) -> Figur
     return figure
 
 
-def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], time: str) -> None:
+def draw_sizes(
+    axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], time: str, unit: str = ""
+) -> None:
     """Draw the largest deviation of each window over time, both logarithmic.
 
     A run is the number of its style, its label, and the drift.
@@ -102,13 +109,13 @@ def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], ti
     lines = [Line(label, d.windows.times, d.windows.maxima, i) for i, label, d in runs]
     if len(lines) > 1:
         lines = [thinned(line) for line in lines]
-    draw_lines(axes, name, lines, level, time, label=runs[0][2].label)
+    draw_lines(axes, name, lines, level, time, label=runs[0][2].label, unit=unit)
 
 
-def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
+def draw_means(axes: Axes, name: str, drift: Drift, time: str, unit: str = "") -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
     axes.set_title(name, loc="right", fontweight="bold")
-    axes.set(xlabel=time_name(time), ylabel=f"mean {drift.label}")
+    axes.set(xlabel=time_name(time), ylabel=f"mean {drift.label}{f' ({unit})' if unit else ''}")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
     times, means = drift.windows.times, drift.windows.means
     shown = np.abs(means) < HUGE

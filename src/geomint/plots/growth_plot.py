@@ -41,7 +41,7 @@ def growth_figure(
     with new_figure(WIDTH, 0.42 * WIDTH, layout="constrained") as figure:
         axes = figure.subplots()
         axes.set_title(name, loc="left", fontweight="bold")
-        axes.set(xlabel=time_name(time), ylabel="rms of v − v₀")
+        axes.set(xlabel=time_name(time), ylabel="rms deviation")
         if not rms.any():
             say(axes, "exactly 0 throughout")
             return figure

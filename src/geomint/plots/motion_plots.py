@@ -27,7 +27,6 @@ CONSTANT = 1e-9  # of its size: what moves less is drawn as constant
 FRAME = "#999999"
 START, END = "o", "s"
 LETTERS = {"gamma": "γ", "omega": "ω", "p_tilde": "p̃", "tau": "τ", "theta": "θ", "phi": "φ"}
-LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 @dataclass(frozen=True)
@@ -73,9 +72,8 @@ class Curves:
 
 
 def symbol(name: str, *index: int) -> str:
-    """Return a piece, or one of its components, as a reader writes it: γ₁ for gamma and 0."""
-    lowered = ("," if max(index, default=0) > 8 else "").join(str(i + 1) for i in index)
-    return LETTERS.get(name, name) + lowered.translate(LOWERED)
+    """Return a piece, or one of its components, counted as in code: γ[0] for gamma and 0."""
+    return LETTERS.get(name, name) + (f"[{', '.join(map(str, index))}]" if index else "")
 
 
 def motion_figure(

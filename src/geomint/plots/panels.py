@@ -46,7 +46,8 @@ def draw_lines(
     *,
     relative: bool = False,
     subtitle: str = "",
-    label: str = "v − v₀",
+    label: str = "deviation",
+    unit: str = "",
 ) -> None:
     """Draw lines over time, the round-off level dashed, and say what the axes cannot show.
 
@@ -56,12 +57,12 @@ def draw_lines(
         The round-off level; None if each line has its own, then a short dash at the right.
     relative : bool
         Whether the sizes are relative to scales.
-    subtitle, label : str
-        A line below the title; what the sizes are of.
+    subtitle, label, unit : str
+        A line below the title; what the sizes are of, and their unit.
     """
-    size = label if label.startswith("‖") else f"|{label}|"  # a norm has its bars
+    of = " / scale" if relative else f" ({unit})" if unit else ""
     axes.set(xscale="log", xlabel=time_name(time_label))
-    axes.set(yscale="log", ylabel=f"largest {size}{' / scale' if relative else ''}")
+    axes.set(yscale="log", ylabel=f"largest {label}{of}")
     axes.set_autoscale_on(False)  # the limits below are drawn from the data
     heights, reached = [] if level is None else [level], []
     notes: dict[str, list[str]] = {}
@@ -84,7 +85,7 @@ def draw_lines(
     _log_ticks(axes)
     if level is not None:
         axes.axhline(level, color="0.45", linewidth=0.9, linestyle=_DASHED, zorder=1)
-        _label_level(axes, level, "32 ε" if relative else "32 ε × scale")
+        _label_level(axes, level, "round-off")
     words = [subtitle] if subtitle else []
     words += [
         note if labels == ["_"] else f"{', '.join(labels)}: {note}"

@@ -34,7 +34,7 @@ from .watched_call import unwatched_call
 Rate = Callable[[Problem, Array, float], Array]
 Value = Callable[[Array, float], float]
 SPACING, TINY = 1e-5, 1e-300  # of sizes: over which velocities of constraints change
-REPAIRS = 3  # steps of Newton's method
+REPAIRS, PROJECTS = 3, 12  # steps of Newton's method
 
 
 def observable_of(problem: Problem, f: Recorded | FunctionType | str, y: Array) -> Recorded:
@@ -223,8 +223,10 @@ def _hamiltonian_rates(problem: Problem, compiled: bool) -> Rate:
     return hamiltonian_rates
 
 
-def on_constraints(problem: Problem, y: Array) -> Array:
+def on_constraints(problem: Problem, y: Array, projected: bool = False) -> Array:
     """Return a state on the constraints of a Hamiltonian, repaired if need be as those of spaces are.
+
+    Or `projected`, from wherever it is.
 
     Constraints are measured beside what all of q would change them by, their velocities likewise.
 
@@ -234,6 +236,7 @@ def on_constraints(problem: Problem, y: Array) -> Array:
         For a state that is far from them.
     """
     n, form = len(y) // 2, check_form(problem, "hamiltonian", y)
+    times = PROJECTS if projected else REPAIRS
     key = ("constrained", *form, threading.get_ident())
     motion = kept_with(problem, key, lambda: _Constrained(problem, False))
 
@@ -244,14 +247,14 @@ def on_constraints(problem: Problem, y: Array) -> Array:
 
     def placed() -> Array:
         z = y.copy()
-        for _ in range(REPAIRS):
+        for _ in range(times):
             _, g, G = motion.at(z, 0.0)
             z[:n] -= np.linalg.lstsq(G, g)[0]
         return z
 
     def turned() -> Array:
         z = y.copy()
-        for _ in range(REPAIRS):
+        for _ in range(times):
             rates, _, G = motion.at(z, 0.0)
             z[n:] -= motion.push(z, 0.0, G @ rates[:n])
         return z
@@ -259,11 +262,12 @@ def on_constraints(problem: Problem, y: Array) -> Array:
     q, p = problem.pieces[0][0], problem.pieces[-1][0]
     rates, g, G = motion.at(y, 0.0)
     beside = "g(q) beside |G||q|"
-    near = repaired(q, y, defect(g, G, y[:n]), beside, "a state with g(q) = 0", placed)
+    mend: Callable[..., Array] = (lambda *told: told[-1]()) if projected else repaired
+    near = mend(q, y, defect(g, G, y[:n]), beside, "a state with g(q) = 0", placed)
     if near is not y:
         y, (rates, _, G) = near, motion.at(near, 0.0)
     said, expected = "G ∂H/∂p beside |G||∂H/∂p|", "a state whose velocities keep g(q) = 0"
-    return repaired(p, y, defect(G @ rates[:n], G, rates[:n]), said, expected, turned)
+    return mend(p, y, defect(G @ rates[:n], G, rates[:n]), said, expected, turned)
 
 
 def _splitting_rates(problem: Problem, compiled: bool) -> Rate:

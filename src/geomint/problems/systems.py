@@ -109,6 +109,10 @@ class System(Sendable):
         The keys of ``[initial]``.
     build : callable
         ``build(parameters, initial) -> Model``.
+    source : str
+        The text of the file in Python that it comes from, where that is no installed module.
+    own : bool
+        Whether it is not registered: one's own, that its name does not tell.
     """
 
     name: str
@@ -116,6 +120,8 @@ class System(Sendable):
     parameters: type[BaseModel]
     initial: type[BaseModel]
     build: Callable[[Any, Any], Model]
+    source: str = ""
+    own: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what scenes could not be checked by."""

@@ -2,6 +2,8 @@
 
 import functools
 import inspect
+import multiprocessing
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
@@ -56,6 +58,8 @@ def still(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def asked(*args: P.args, **options: P.kwargs) -> R:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            sys.exit(1)  # a process that begins reads a script again; whoever began it says so
         if options.get("progress") is not False:
             return function(*args, **options)
         from ..kernels.compiling.compile import listen  # imports numba

@@ -12,6 +12,7 @@ from ..arguments import Array
 from ..errors import GeomintWarning
 from ..problems.shown import Shown
 from .files.outputs import write_table
+from .reported import Reported
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +22,7 @@ ENOUGH = np.log(100.0) + 1.0  # before a hundred characteristic times nothing is
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Lyapunov(Shown):
+class Lyapunov(Shown, Reported):
     """Exponents of a run, and how they have converged.
 
     Attributes

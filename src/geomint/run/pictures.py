@@ -141,7 +141,7 @@ class Pictures:
         stretch = stretch_of(self, span)
         path = path_along(self.code(), stretch, contact=True)
         assert path.contact is not None
-        labels = f"r₁ ({path.unit})", f"r₂ ({path.unit})"
+        labels = f"r[0] ({path.unit})", f"r[1] ({path.unit})"
         return plane_figure(path.contact[:, :2], labels, heading_of(self, stretch), equal=True)
 
     def animate(

@@ -120,8 +120,8 @@ def plane_of(problem: Problem, event: Event) -> Plane | None:
 def boundary(problem: Problem, plane: Plane, states: Array) -> Boundary | None:
     """Return the energy over the plane, around the points of motions of the same energy.
 
-    None if they are not of the same energy, if the problem has none, or if it is no convex parabola
-    in w.
+    None if they are not of the same energy, if the problem has none, if it is no convex parabola in
+    w, or if there is no end to where motions of this energy may come.
     """
     function = problem.diagnostics.get("energy")
     if function is None or not len(states):
@@ -149,6 +149,8 @@ def boundary(problem: Problem, plane: Plane, states: Array) -> Boundary | None:
         wider, higher = 0.3 * (x_high - x_low), 0.3 * (y_high - y_low)
         x_low, x_high = x_low - wider * left, x_high + wider * right
         y_low, y_high = y_low - higher * bottom, y_high + higher * top
+    else:  # motions may go as far as they like, as an angle does
+        return None
     return found
 
 
@@ -161,8 +163,9 @@ def _least(
         values_at(problem, function, plane.states(across.ravel(), up.ravel(), w * size))
         for w in (-1.0, 0.0, 1.0, 2.0)
     )
-    second, first = 0.5 * (high + low) - middle, 0.5 * (high - low)
-    rest = np.abs(middle + 2.0 * first + 4.0 * second - beyond)
+    with np.errstate(invalid="ignore"):  # where the energy is infinite
+        second, first = 0.5 * (high + low) - middle, 0.5 * (high - low)
+        rest = np.abs(middle + 2.0 * first + 4.0 * second - beyond)
     if not (second > 0.0).all() or (rest > PARABOLA * (np.abs(beyond) + np.abs(second))).any():
         return None
     found = middle - first * first / (4.0 * second)

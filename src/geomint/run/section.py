@@ -17,6 +17,7 @@ from ..problems.shown import Shown
 from .events import Event, component, quantity
 from .files.outputs import write_table
 from .plane import Boundary, Plane, boundary, plane_of
+from .reported import Reported
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +27,7 @@ SectionStatus = Literal["success", "interrupted", "incomplete", "failed"]
 
 
 @dataclass(eq=False, repr=False)
-class Section(Shown, Compared):
+class Section(Shown, Compared, Reported):
     """Points of a section, one a row, those of each motion in its order.
 
     Attributes

@@ -147,7 +147,7 @@ class Solution(Shown, Pictures, Result):
         from ..plots.drift_plots import drift_figure
 
         label = time_label(self, self.drift_time)
-        return drift_figure([(self.by.name, self.drift)], label, self.status)
+        return drift_figure([(self.by.name, self.drift)], label, self.status, self.about.unit)
 
     def to_xarray(self) -> Any:
         """Return times, pieces, drifts and parameters as an `xarray.Dataset`, as in files.

@@ -192,7 +192,9 @@ def solve(
     # A run may begin more than once.
     events, observe = (list(x) if isinstance(x, Iterator) else x for x in (events, observe))
     asked = asked._replace(given=False, events=events, observe=observe)
-    chosen = choose_for(problem, y0, asked, tolerance) if chooses else None
+    chosen = tolerance if isinstance(tolerance, Setting) else None  # a plan has chosen
+    if chosen is None and chooses:
+        chosen = choose_for(problem, y0, asked, tolerance)
     chosen = chosen or Setting.default(method, problem)
     solution, chosen = _begun(problem, y0, chosen, asked)
     kept, accuracy = chosen.kept(solution), chosen.accuracy

@@ -29,17 +29,11 @@ def method_and_step(entry: str) -> tuple[str, float | None]:
 
 
 def methods_and_steps(entries: Iterable[str]) -> list[tuple[str, float | None]]:
-    """Return name and step of every entry, each once, or raise `DomainError` if there is none."""
-    given = list(entries)
-    found = [method_and_step(entry) for entry in given]
+    """Return name and step of every entry, or raise `DomainError` if there is none, or one twice."""
+    found = [method_and_step(entry) for entry in entries]
     if not found:
-        raise DomainError("methods", given, "at least one method")
-    check_once(found)
-    return found
-
-
-def check_once(found: list[tuple[str, float | None]]) -> None:
-    """Raise `DomainError` if a method comes twice with the same step."""
+        raise DomainError("methods", found, "at least one method")
     if len(set(found)) < len(found):
         words = [name if step is None else f"{name}:{step:g}" for name, step in found]
         raise DomainError("methods", words, "each of them, with its step, once")
+    return found

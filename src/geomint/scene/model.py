@@ -6,11 +6,14 @@ Unknown keys, numbers written as strings, and numbers that are not finite are er
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
+from ..errors import GeomintError, loaded, offered
 from ..methods.registry import AUTO
 
 Raw = Mapping[str, Any]  # a scene, or a section of one, as it was given
@@ -138,7 +141,11 @@ class DriftSection(OtherEnd):
     """
 
     method: Name | None = None
-    methods: Names | None = None
+    methods: Names | None = Field(
+        default=None,
+        description="Several methods: NAME or NAME:STEP, separated by commas; without --method "
+        "and --step.",
+    )
     step: Positive | None = None
     quantities: list[Name] | None = None
     every: Count | None = None
@@ -155,10 +162,26 @@ class DriftSection(OtherEnd):
 class CompareSection(OtherEnd):
     """``[compare]``: what ``geomint compare`` does if its command line says nothing else."""
 
-    methods: Names | None = None
-    steps: Annotated[list[Positive], Field(min_length=1)] | None = None
-    repeats: Count | None = None
-    reference: Literal["auto", "extended", "exact"] | None = None
+    methods: Names | None = Field(
+        default=None, description="Methods, separated by commas, such as gauss-8,cf-4,rk-4."
+    )
+    steps: Annotated[list[Positive], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Step sizes, separated by commas; default: chosen for each method.",
+    )
+    repeats: Count | None = Field(
+        default=None,
+        description="Number of timed runs of each point; default: 3, or fewer if one takes a second.",
+    )
+    reference: Literal["auto", "extended", "exact"] | None = Field(
+        default=None,
+        description="Reference solution: by double-double arithmetic, by the exact flow, or the "
+        "faster one.",
+    )
+    peers: bool = Field(
+        default=False,
+        description="Also run integrators of other installed packages that can solve the problem.",
+    )
 
 
 class EventSection(Section):
@@ -182,14 +205,29 @@ class SectionSection(Section):
     random states where the quantities `keep` have the same values.
     """
 
-    event: Name | None = None
-    direction: Literal["up", "down", "both"] | None = None
-    level: Number | None = None
-    points: Count = 1000
-    motions: Count = 1
-    keep: list[Name] = ["energy"]
-    seed: Seed = 0
-    axes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+    event: Name | None = Field(
+        default=None, description="Surface: one of [events], a component (gamma[2]), a quantity."
+    )
+    direction: Literal["up", "down", "both"] | None = Field(
+        default=None, description="Crossings to count."
+    )
+    level: Number | None = Field(default=None, description="Value of the event on the surface.")
+    points: Count = Field(default=1000, description="Number of points of each motion.")
+    motions: Count = Field(default=1, description="Motions, all of the scene's energy.")
+    keep: list[Name] = Field(
+        default=["energy"], description="Quantities that all motions have as the scene's."
+    )
+    seed: Seed = Field(default=0, description="Random seed of the other motions.")
+    axes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Plot these two components or quantities."
+    )
+    exact: bool | None = Field(default=None, description="Follow the exact flow, without steps.")
+
+
+class ChaosSection(Section):
+    """``[chaos]``: what ``geomint chaos`` does if its command line says nothing else."""
+
+    count: Count | None = Field(default=None, description="Number of exponents; default: all.")
 
 
 class EnsembleSection(Section):
@@ -201,12 +239,27 @@ class EnsembleSection(Section):
     the weight exp(−energy/`temperature`). What is read off every member: `show`.
     """
 
-    vary: dict[Name, Name | list[Number]] = Field(default_factory=dict)
-    draws: Count | None = None
-    keep: list[Name] | None = None
-    temperature: Positive | None = None
-    seed: Seed = 0
-    show: Names | None = None
+    vary: dict[Name, Name | list[Number]] = Field(
+        default_factory=dict,
+        description="Vary a number of [system] or [initial], such as D or gamma[2], with N values "
+        "from A to B. Or write A:B:N:log, or values separated by commas. Give --vary twice for a map.",
+    )
+    draws: Count | None = Field(
+        default=None, description="Random states to draw from the invariant measure."
+    )
+    keep: list[Name] | None = Field(
+        default=None, description="Give random states the scene's values of these quantities."
+    )
+    temperature: Positive | None = Field(
+        default=None, description="Weight random states by exp(−energy/temperature)."
+    )
+    seed: Seed = Field(default=0, description="Random seed of the states.")
+    show: Names | None = Field(
+        default=None,
+        description="Results to plot: final:NAME, drift:NAME, lowest:NAME, highest:NAME, mean:NAME, "
+        "digits:NAME, frequency:NAME, exponent (the largest Lyapunov exponent, with its error).",
+    )
+    workers: Count | None = Field(default=None, description="Threads to use; default: all cores.")
 
 
 class Content(Section):
@@ -224,4 +277,27 @@ class Content(Section):
     drift: DriftSection = Field(default_factory=DriftSection)
     compare: CompareSection = Field(default_factory=CompareSection)
     section: SectionSection = Field(default_factory=SectionSection)
+    chaos: ChaosSection = Field(default_factory=ChaosSection)
     ensemble: EnsembleSection = Field(default_factory=EnsembleSection)
+
+
+SECTIONS: dict[str, type[Section]] = {}  # of commands, by their names in scenes
+
+
+def content_model(raw: Raw) -> type[Content]:
+    """Return the model of a scene: with the sections of other commands, where it has any."""
+    found = {key: _section_of(key) for key in raw if key not in Content.model_fields}
+    more: dict[str, Any] = {
+        key: (section, Field(default_factory=section)) for key, section in found.items() if section
+    }
+    return create_model("Content", __base__=Content, **more) if more else Content
+
+
+def _section_of(key: str) -> type[Section] | None:
+    """Return the section of a command, which says so when it is imported; None if there is none."""
+    with suppress(GeomintError, ImportError):
+        if key not in SECTIONS and key in (others := offered("geomint.commands")):
+            loaded(others[key])
+        if key not in SECTIONS and key.isidentifier():
+            importlib.import_module(f"geomint.cli.commands.{key}")
+    return SECTIONS.get(key)

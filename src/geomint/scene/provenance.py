@@ -20,8 +20,13 @@ def scene_record(scene: Scene, command: str | None = None) -> dict[str, Any]:
     command : str, optional
         The command line that does it again.
     """
+    source, state = scene.system.source, {}
+    if scene.system.own:  # it may come with its state, which is in no section then
+        state = {piece: scene.state[rows].tolist() for piece, rows in scene.problem.slices.items()}
     return {
         **environment(),
+        **({"python": source} if source else {}),
+        **({"state": state} if state else {}),
         "scene": scene.sections,
         "scene_name": scene.name,
         "scene_toml": scene.toml(),

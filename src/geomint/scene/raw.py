@@ -7,15 +7,16 @@ import numpy as np
 from pydantic import ValidationError
 
 from ..errors import SceneError, quoted
-from .explain import key_of, shown
-from .model import DriftSection, IntegrateSection, ObserveSection, Raw
+from .explain import key_of
+from .model import CompareSection, DriftSection, IntegrateSection, ObserveSection, Raw, Section
 
 DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
 LARGEST_INTEGER = 10**300  # a float
-CHANGED = {  # what `overridden` changes, by sections
-    "observe": ("quantities", "every"),
-    "integrate": ("method", "step", "tolerance", "representation"),
-    "time": ("t_end", "tau_end"),
+ENDS = ("t_end", "tau_end")
+CHANGED = {  # what `overridden` changes, and in which section
+    **dict.fromkeys(("quantities", "every"), "observe"),
+    **dict.fromkeys(("method", "step", "tolerance", "representation"), "integrate"),
+    **dict.fromkeys(ENDS, "time"),
 }
 
 
@@ -25,46 +26,48 @@ def overridden(raw: Raw, **given: Any) -> dict[str, Any]:
     Options of the former method go with it, and so does its step, unless one is given. A step takes
     the place of a tolerance, and this of a step. Options of quantities go with these.
     """
-    method, quantities = given.get("method"), given.get("quantities")
-    changes = {
-        section: {
-            key: given[key]
-            for key in keys
-            if key not in ("method", "quantities") and given.get(key) is not None
-        }
-        for section, keys in CHANGED.items()
-    }
+    given = {key: value for key, value in given.items() if value is not None}
+    changes = {s: {k: v for k, v in given.items() if CHANGED[k] == s} for s in CHANGED.values()}
     tables = {key: value for key, value in raw.items() if isinstance(value, Mapping)}
-    if quantities is not None:
-        names, fields = list(quantities), ObserveSection.model_fields
-        options = [key for key in tables.get("observe", ()) if key not in fields]
-        gone = [] if "all" in names else [key for key in options if key not in names]
-        gone += [] if names else ["every"]
-        changes["observe"] = {**dict.fromkeys(gone), **changes["observe"], "quantities": names}
+    if "quantities" in given:
+        names = changes["observe"]["quantities"] = list(given["quantities"])
+        kept = {*ObserveSection.model_fields, *names} - (set() if names else {"every"})
+        gone = [key for key in tables.get("observe", ()) if "all" not in names and key not in kept]
+        changes["observe"] = {**dict.fromkeys(gone), **changes["observe"]}
     former, fields = tables.get("integrate", {}), IntegrateSection.model_fields
-    if method not in (None, former.get("method", fields["method"].default)):
-        old = dict.fromkeys(key for key in former if key == "step" or key not in fields)
-        changes["integrate"] = {**old, "method": method, **changes["integrate"]}
-    if (given.get("step") is None) != (given.get("tolerance") is None):
-        other = "tolerance" if given.get("tolerance") is None else "step"
-        changes["integrate"] = {other: None, **changes["integrate"]}
+    named = former.get("method", fields["method"].default)
+    if given.get("method", named) != named:
+        gone = [key for key in former if key == "step" or key not in fields]
+        changes["integrate"] = {**dict.fromkeys(gone), **changes["integrate"]}
+    for key, other in (("step", "tolerance"), ("tolerance", "step")):
+        if key in given:
+            changes["integrate"].setdefault(other, None)
     return merged(raw, plain({section: keys for section, keys in changes.items() if keys}))
 
 
-def drift_changes(raw: Raw) -> dict[str, Any]:
-    """Return what ``geomint drift`` changes in a scene, as `overridden` takes it.
+def changes_for(use: str, raw: Raw) -> dict[str, Any]:
+    """Return what a use of a scene changes in it, as `overridden` takes it: by a section of its own.
 
-    Its section ``[drift]``; nothing if that makes no sense: the check of the whole reports it.
+    Nothing if that makes no sense: the check of the whole reports it.
     """
+    known: dict[str, type[Section]] = {"drift": DriftSection, "compare": CompareSection}
     try:
-        return DriftSection.model_validate(raw.get("drift", {})).model_dump(exclude={"methods"})
+        section = known.get(use, Section).model_validate(raw.get(use, {}))
     except ValidationError:
         return {}
+    return section.model_dump(include={*CHANGED})
 
 
-def in_drift(key: str) -> str:
-    """Return where a scene states what `drift_changes` changes."""
-    return f"[drift] {key}"
+def without_changed(raw: Raw, use: str, given: Raw) -> Raw:
+    """Return the content without what its section of a use says of keys that are given otherwise."""
+    gone = {key for key, value in given.items() if value is not None}
+    for group in (ENDS, ("step", "tolerance")):
+        if gone & {*group, *(("method",) if "step" in group else ())}:
+            gone |= {*group}
+    own = raw.get(use)
+    if not isinstance(own, Mapping) or not gone & own.keys():
+        return raw
+    return {**raw, use: {key: value for key, value in own.items() if key not in gone}}
 
 
 def places_of(changes: Raw, written: Callable[[str], str]) -> dict[str, str]:
@@ -72,12 +75,8 @@ def places_of(changes: Raw, written: Callable[[str], str]) -> dict[str, str]:
 
     ``"[observe] every"`` ↦ ``"[drift] every"``, with what `written` makes of ``"every"``.
     """
-    return {
-        f"[{section}] {key}": written(key)
-        for section, keys in CHANGED.items()
-        for key in keys
-        if changes.get(key) is not None
-    }
+    given = [key for key in CHANGED if changes.get(key) is not None]
+    return {f"[{CHANGED[key]}] {key}": written(key) for key in given}
 
 
 def merged(raw: Raw, sections: Raw) -> dict[str, Any]:
@@ -88,12 +87,12 @@ def merged(raw: Raw, sections: Raw) -> dict[str, Any]:
     result = {key: dict(v) if isinstance(v, Mapping) else v for key, v in raw.items()}
     for key, changes in sections.items():
         section = result.get(key, {})
-        if not isinstance(changes, Mapping) or not isinstance(section, Mapping):
-            result[key] = changes if not isinstance(changes, Mapping) else section
-            continue
-        if {"t_end", "tau_end"} & {k for k, v in changes.items() if v is not None}:
-            section = {k: v for k, v in section.items() if k not in ("t_end", "tau_end")}
-        result[key] = {k: v for k, v in {**section, **changes}.items() if v is not None}
+        if not isinstance(changes, Mapping):
+            result[key] = changes
+        elif isinstance(section, Mapping):
+            ended = any(changes.get(end) is not None for end in ENDS)
+            changed = {**section, **(dict.fromkeys(ENDS) if ended else {}), **changes}
+            result[key] = {k: v for k, v in changed.items() if v is not None}
     return result
 
 
@@ -108,13 +107,10 @@ def plain(value: Any, *where: Any) -> Any:
     if isinstance(value, Mapping):
         keys = {key if isinstance(key, str) else quoted(key): key for key in value}
         return {name: plain(value[key], *where, name) for name, key in keys.items()}
-    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
-        raise SceneError(f"{key_of(where)} = {shown(value)}: expected numbers, none of them masked")
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
     if isinstance(value, list | tuple):
         return [plain(item, *where, i) for i, item in enumerate(value)]
-    if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
-        expected = "a number below 10³⁰⁰"
+    masked = isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any()
+    if masked or (isinstance(value, int) and abs(value) > LARGEST_INTEGER):
+        expected = "numbers, none of them masked" if masked else "a number below 10³⁰⁰"
         raise SceneError(f"{key_of(where)} = {quoted(value)}: expected {expected}")
-    return value
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value

@@ -13,10 +13,10 @@ from ..errors import tell
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
-from ..problems.systems import Model
+from ..problems.systems import Model, System
 from ..run.events import Event
 from .model import Content, Raw
-from .raw import drift_changes, in_drift, merged, overridden, places_of, plain
+from .raw import changes_for, merged, overridden, places_of, plain
 from .validate import Checked, check_content
 
 
@@ -77,13 +77,14 @@ class Scene(Compared):
         text: str | None = None,
         former: Checked | None = None,
         places: Mapping[str, str] | None = None,
+        system: System | None = None,
     ) -> Scene:
         """Return a scene from the content of a scene file, and its text if there is one.
 
         `former` is of a scene with the same system and initial state: its model is taken. `places`
-        are where keys were written, if not there.
+        are where keys were written, if not there; `system` is one of one's own.
         """
-        checked = check_content(content, name, former, places)
+        checked = check_content(content, name, former, places, system)
         return cls.__new__(cls)._take(name, checked, text)
 
     def _take(self, name: str, checked: Checked, text: str | None = None) -> Scene:
@@ -115,12 +116,18 @@ class Scene(Compared):
         """The initial state of `problem`."""
         return self.model.states[next(iter(self.model.problems))]
 
+    @property
+    def system(self) -> System:
+        """What the model is built by: registered, or one's own."""
+        return self._checked.system
+
     def changed(self, name: str | None = None, **sections: Any) -> Scene:
         """Return a scene with some keys of some sections changed; None removes a key.
 
         ``scene.changed(time={"t_end": 5.0})`` also removes ``tau_end``: there is only one end.
         """
         former = None if {"system", "initial"} & sections.keys() else self._checked
+        own = self.system
         given = plain(sections)
         changed = {
             f"[{section}] {key}"
@@ -129,7 +136,7 @@ class Scene(Compared):
             for key in keys
         }
         raw, places = merged(self._checked.raw, given), self._places_but(changed)
-        return self.from_content(name or self.name, raw, former=former, places=places)
+        return self.from_content(name or self.name, raw, None, former, places, own)
 
     def _overridden(self, written: Callable[[str], str] | None = None, **changes: Any) -> Scene:
         """Return the scene with changes that leave its model, which is not built again.
@@ -156,12 +163,17 @@ class Scene(Compared):
 
     def for_drift(self) -> Scene:
         """Return the scene as ``geomint drift`` runs it: changed by its ``[drift]`` section."""
-        return self._overridden(in_drift, **drift_changes(self._checked.raw))
+        return self._overridden("[drift] {}".format, **changes_for("drift", self._checked.raw))
 
-    def for_compare(self) -> Scene:
-        """Return the scene with the end that its ``[compare]`` section may state."""
-        other = self.content.compare
-        return self._overridden("[compare] {}".format, t_end=other.t_end, tau_end=other.tau_end)
+    @property
+    def text(self) -> str | None:
+        """The text of the file that it came from, if it did."""
+        return self._text
+
+    @property
+    def checked(self) -> Checked:
+        """What was found right, for scenes that differ from it by their use alone."""
+        return self._checked
 
     def changed_integration(
         self,
@@ -221,6 +233,10 @@ class Scene(Compared):
         plain = {key: known[key].model_dump() if key in known else content[key] for key in sections}
         if "system" in plain:
             plain["system"] = {"name": self.content.system.name, **plain["system"]}
+            if self.system.own:  # its name does not tell what it is
+                from ..kernels.compiling.digest import digest
+
+                plain["system"]["digest"] = digest((self.problem, self.state))
         text = json.dumps(_normal(plain), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 

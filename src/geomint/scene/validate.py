@@ -1,8 +1,7 @@
-"""From raw content to a checked scene, or one `SceneError` that lists everything wrong with it."""
+"""From raw content to a checked scene, or one `SceneError` that lists what is wrong with it."""
 
 import warnings
-from collections.abc import Iterator, Mapping
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,26 +10,17 @@ from pydantic import BaseModel
 from ..errors import DomainError, Gathered, GeomintError, GeomintWarning, nearest, quoted, raised
 from ..methods.gauss import Gauss
 from ..methods.method import Method
-from ..methods.registry import AUTO, find_method
+from ..methods.registry import AUTO, find_method, find_solver
+from ..problems.problem import GROUPS
 from ..problems.systems import Model, System, find_system, in_time
-from .entries import check_once, method_and_step
-from .explain import key_of, shown
-from .flaws import Flaws, mended
-from .model import Content, IntegrateSection, ObserveSection, Raw
+from ..run.accuracy.auto import auto_method
+from ..watch.observe import choose_watchers
+from ..watch.quantities import expanded, quantities_of
+from ..watch.registry import plugged
+from .entries import method_and_step, methods_and_steps
+from .explain import Flaws, key_of, no_such_key
+from .model import Content, IntegrateSection, ObserveSection, Raw, content_model
 from .raw import plain
-from .with_model import checked_with
-
-_CHOSEN_LATER = Gauss()  # what method "auto" is checked as, until the problem is built
-_UNBUILT = (ArithmeticError, MemoryError, np.linalg.LinAlgError)
-
-
-class _BuiltOf(NamedTuple):
-    """What a model is built of; whether all of it is as it was given."""
-
-    system: System
-    parameters: BaseModel | None
-    initial: BaseModel | None
-    right: bool
 
 
 class Checked(NamedTuple):
@@ -38,6 +28,7 @@ class Checked(NamedTuple):
 
     raw: dict[str, Any]
     content: Content
+    system: System
     parameters: BaseModel
     initial: BaseModel
     built: Model
@@ -52,11 +43,12 @@ def check_content(
     name: str,
     former: Checked | None = None,
     places: Mapping[str, str] | None = None,
+    system: System | None = None,
 ) -> Checked:
     """Return the checked content, or raise a `SceneError` with one line for every flaw.
 
-    What is right is looked at in spite of what is wrong beside it, as far as one does not need the
-    other.
+    Flaws of the sections themselves are told together. If there are none, the model is built, and
+    what sections say of it and of one another is looked at.
 
     Parameters
     ----------
@@ -67,156 +59,204 @@ def check_content(
         Of a scene with the same system and initial state, whose model is taken.
     places : mapping, optional
         As `Flaws` takes them.
+    system : System, optional
+        Of one's own. Default: that of the former scene, or the registered one that is named.
     """
-    flaws = Flaws(places)
+    flaws = Flaws(name, places or {})
     raw = flaws.asked("", plain, given)
-    if raw is None:
-        raise flaws.error(name)
-    looked = flaws.looked(raw)
+    flaws.end()
     tables = {key: value for key, value in raw.items() if isinstance(value, Mapping)}
-    built_of = _system(tables.get("system", {}), tables.get("initial", {}), flaws)
-    method = _method(tables.get("integrate", {}), looked.content, flaws)
+    content = flaws.validated(content_model(raw), raw)
+    of = _system(tables, system or (former and former.system), flaws)
+    method = _method(tables.get("integrate", {}), flaws)
     flaws += _observe_keys(tables.get("observe", {}))
-    built = _built(built_of, tables, former, flaws)
-    model = None if built is None else _in_time(built[0], looked.content, former, flaws)
-    if model is not None:
-        method = checked_with(model, looked, method, flaws)
-    if flaws or built_of is None or built is None or model is None or method is None:
-        raise flaws.error(name) from flaws.cause
-    assert built_of.parameters is not None
-    assert built_of.initial is not None
-    given_of = built_of.parameters, built_of.initial
-    return Checked(raw, looked.content, *given_of, built[0], model, method, built[1], flaws.places)
+    flaws.end()
+    built, told = (former.built, former.told) if former else _built(of, tables, flaws)
+    clock = content.time.clock
+    if former and former.content.time.clock == clock:
+        model = former.model
+    else:
+        model = flaws.asked("[time] ", in_time, built, clock) if clock else built
+    flaws.end()
+    for check in (_methods, _names, _plugged, _observation, _ends):
+        flaws += check(model, content)
+    flaws.end()
+    method = flaws.asked("[integrate] ", _chosen_method, model, content, method)
+    flaws.end()
+    return Checked(raw, content, of[0], of[1], of[2], built, model, method, told, flaws.places)
 
 
-def _system(given: Raw, initial: Raw, flaws: Flaws) -> _BuiltOf | None:
-    """Return the system, its parameters and its initial state, as far as they are right."""
-    name = given.get("name")
-    if not isinstance(name, str) or not name:
-        return None  # the structure has reported it
-    system = flaws.asked("", find_system, name)
-    if system is None:
+def _system(tables: Raw, own: System | None, flaws: Flaws) -> Any:
+    """Return the system, its parameters and its initial state; None if it is not known."""
+    given = dict(tables.get("system", {}))
+    name = given.pop("name", None)
+    if own is None or own.name != name:  # `Content` tells what is no name
+        own = flaws.asked("", find_system, name) if name and isinstance(name, str) else None
+    if own is None:
         return None
-    keys = {key: value for key, value in given.items() if key != "name"}
-    before = len(flaws)
-    parameters = flaws.validated(system.parameters, keys, "system")
-    start = flaws.validated(system.initial, initial, "initial")
-    if len(flaws) == before:
-        return _BuiltOf(system, parameters, start, True)
-    left = mended(system.parameters, keys), mended(system.initial, initial)
-    return _BuiltOf(system, *left, False)
+    parameters = flaws.validated(own.parameters, given, "system")
+    return own, parameters, flaws.validated(own.initial, tables.get("initial", {}), "initial")
 
 
-def _method(given: Raw, content: Content, flaws: Flaws) -> Method | None:
-    """Return the method with its options, and check those that other sections name."""
+def _method(given: Raw, flaws: Flaws) -> Any:
+    """Return the method with its options; any one for ``"auto"``, until the problem is built."""
     known = IntegrateSection.model_fields
     name = given.get("method", known["method"].default)
-    if not isinstance(name, str) or not name:
-        return None
-    method = _CHOSEN_LATER if name == AUTO else flaws.asked("[integrate] ", find_method, name)
-    _other_methods(content, flaws)
-    if method is None:
-        return None
-    options = {key: value for key, value in given.items() if key not in known}
-    if name == AUTO:
-        return method  # its options are looked at when it is known
-    refused = Flaws()
-    for key, value in options.items():
+    if name == AUTO or not isinstance(name, str) or not name:
+        return Gauss()
+    method = flaws.asked("[integrate] ", find_method, name)
+    for key in [key for key in given if method and key not in known]:
         if key in method.options:
-            refused.asked("[integrate] ", partial(method.with_options, **{key: value}))
+            method = flaws.asked("[integrate] ", method.with_options, **{key: given[key]}) or method
         else:
-            refused.append(
-                f"[integrate] {key} = {shown(value)}: no such key, nor an option of "
-                f"{name!r}.{nearest(key, [*known, *method.options])}"
-            )
-    flaws += refused
-    with_options = partial(method.with_options, **options)
-    return None if refused else flaws.asked("[integrate] ", with_options)
+            nor, names = f", nor an option of {name!r}", [*known, *method.options]
+            flaws.append(no_such_key(("integrate", key), given[key], names, nor))
+    return method
 
 
-def _other_methods(content: Content, flaws: Flaws) -> None:
-    drift, compare = content.drift, content.compare
-    if drift.method is not None:
-        flaws.asked("[drift] ", find_method, drift.method)
-    for name in compare.methods or ():
-        flaws.asked("[compare] methods: ", find_method, name)
-    found = [
-        flaws.asked("[drift] methods: ", method_and_step, entry) for entry in drift.methods or ()
-    ]
-    flaws.asked("[drift] ", check_once, [entry for entry in found if entry is not None])
+def _observe_keys(given: Raw) -> list[str]:
+    """Return what is said of keys of ``[observe]`` that are none, and no tables of options."""
+    known = ObserveSection.model_fields
+    wrong = [key for key in given if key not in known and not isinstance(given[key], Mapping)]
+    return [no_such_key(("observe", key), given[key], known) for key in wrong]
 
 
-def _built(
-    of: _BuiltOf | None, tables: Raw, former: Checked | None, flaws: Flaws
-) -> tuple[Model, tuple[GeomintWarning, ...]] | None:
-    """Return the model, and what had to be changed to make the initial state admissible.
-
-    Of sections with flaws only what is wrong with a value that is there is told: the rest may follow
-    from what was told before.
-    """
-    if of is None or of.parameters is None or of.initial is None:
-        return None
-    if former is not None:
-        return former.built, former.told
+def _built(of: Any, tables: Raw, flaws: Flaws) -> tuple[Model, tuple[GeomintWarning, ...]]:
+    """Return the model, and what had to be changed to make the initial state admissible."""
     try:
-        return _build(of.system, of.parameters, of.initial)
+        with Gathered(quiet=True) as told, warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", GeomintWarning)
+            model = of[0].build(*of[1:])
+            if not isinstance(model, Model):
+                raise TypeError(f"it returned {quoted(model)}, which is no Model")
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # whatever another package raises
-        place = _place_of(error, tables)
-        if place is not None or of.right:
-            flaws.append(_why_unbuilt(error, place or "[system] or [initial]:"))
-            flaws.cause = error
-        return None
-
-
-def _build(
-    system: System, parameters: BaseModel, initial: BaseModel
-) -> tuple[Model, tuple[GeomintWarning, ...]]:
-    with Gathered(quiet=True) as told, warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GeomintWarning)
-        model = system.build(parameters, initial)
-        if not isinstance(model, Model):
-            raise TypeError(f"it returned {quoted(model)}, which is no Model")
-    for warning in caught:  # of packages that warn by themselves
-        if isinstance(warning.message, GeomintWarning):
-            told.append(warning.message)
+        flaws.append(_why_unbuilt(error, tables))
+        flaws.end(error)
+    for w in caught:  # of packages that warn by themselves
+        if isinstance(w.message, GeomintWarning):
+            told.append(w.message)
         else:
-            warnings.warn_explicit(
-                warning.message, warning.category, warning.filename, warning.lineno
-            )
+            warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
     return model, tuple(dict.fromkeys(told))
 
 
-def _place_of(error: BaseException, tables: Raw) -> str | None:
-    """Return the section of the key that an error names; None if it names none that is given."""
-    key = str(getattr(error, "name", "")).partition("[")[0]
-    sections = ("system", "initial") if isinstance(error, DomainError) else ()
-    return next((f"[{name}]" for name in sections if key in tables.get(name, {})), None)
-
-
-def _why_unbuilt(error: BaseException, place: str) -> str:
-    """Return why a system has no model."""
+def _why_unbuilt(error: BaseException, tables: Raw) -> str:
+    """Return why a system has no model, with the section of the key that the error names."""
+    said = f"expected numbers whose products are finite, and not too many of them ({raised(error)})"
     if isinstance(error, GeomintError):
-        return f"{place} {error}"
-    if not isinstance(error, _UNBUILT):
+        said = str(error)
+    elif not isinstance(error, ArithmeticError | MemoryError | np.linalg.LinAlgError):
         return f"[system] name: the system's own build failed, {raised(error)}"
-    expected = "numbers whose products are finite, and of which there are not too many"
-    return f"{place} expected {expected} ({raised(error)})"
+    key = error.name.partition("[")[0] if isinstance(error, DomainError) else ""
+    having = [f"[{section}]" for section in ("system", "initial") if key in tables.get(section, {})]
+    return f"{[*having, '[system] or [initial]:'][0]} {said}"
 
 
-def _in_time(built: Model, content: Content, former: Checked | None, flaws: Flaws) -> Model | None:
-    """Return the model in the time that the scene asks for: that of a former scene if it can be."""
-    clock = content.time.clock
-    if former is not None and former.content.time.clock == clock:
-        return former.model
-    return built if clock is None else flaws.asked("[time] ", in_time, built, clock)
+def _chosen_method(model: Model, content: Content, named: Method) -> Method:
+    """Return the method that is named, or the one that the tolerance and the representation choose.
+
+    Where none is named, it is that which fits, if no representation has a field.
+    """
+    asked, problems = content.integrate, model.problems
+    problem = problems.get(str(asked.representation)) or next(iter(problems.values()))
+    if asked.method == AUTO:
+        found, _ = auto_method(problem, asked.tolerance)
+    elif "method" in asked.model_fields_set or any(other.field for other in problems.values()):
+        return named
+    else:
+        found = find_solver(None, problem)
+    return found.with_options(**asked.options)
 
 
-def _observe_keys(given: Raw) -> Iterator[str]:
-    """Yield the keys of ``[observe]`` that are none, and no tables of options."""
-    known = list(ObserveSection.model_fields)
-    for key, value in given.items():
-        if key not in known and not isinstance(value, Mapping):
-            where = f"{key_of(('observe', key))} = {shown(value)}"
-            yield f"{where}: no such key.{nearest(str(key), known)}"
+def _refused(where: str, function: Callable[..., Any], *given: Any) -> Iterator[str]:
+    """Yield the error that a function raises, if it does."""
+    try:
+        function(*given)
+    except GeomintError as error:
+        yield f"{where}{error}"
+
+
+def _methods(model: Model, content: Content) -> Iterator[str]:
+    """Yield what is wrong with the methods of other sections."""
+    drift, several = content.drift, content.drift.methods or []
+    if drift.method is not None:
+        yield from _refused("[drift] ", find_method, drift.method)
+    for name in content.compare.methods or ():
+        yield from _refused("[compare] methods: ", find_method, name)
+    lines = [x for e in several for x in _refused("[drift] methods: ", method_and_step, e)]
+    yield from lines or (_refused("[drift] ", methods_and_steps, several) if several else ())
+
+
+def _names(model: Model, content: Content) -> Iterator[str]:
+    """Yield names that are not known."""
+    for where, name, known, what in _named(model, content):
+        if name is not None and name not in known:
+            yield f"{where} = {quoted(name)}: no such {what}.{nearest(name, dict.fromkeys(known))}"
+
+
+def _named(model: Model, content: Content) -> Iterator[tuple[str, str | None, list[str], str]]:
+    """Yield names with the places where they were written, what may be there, and what that is.
+
+    Any representation may have what is observed, and what events look at.
+    """
+    problems, section = model.problems.values(), content.section
+    what = f"representation of {content.system.name!r} from this initial state"
+    asked = content.integrate.representation
+    yield "[integrate] representation", asked, ["own", *model.problems], what
+    known = [*GROUPS, *plugged(), *(name for p in problems for name in quantities_of(p))]
+    for where, name in _watched(content):
+        yield where, name, known, "quantity"
+    pieces = [piece for p in problems for piece in p.pieces]
+    known = [f"{piece}[{i}]" for piece, rows in pieces for i in range(rows)]
+    known += [piece for piece, rows in pieces if rows == 1]
+    known += [name for p in problems for name in p.diagnostics]
+    for event, given in content.events.items():
+        yield f"[events.{event}] what", given.what, known, "component or quantity"
+    yield "[section] event", section.event, [*known, *content.events], "component or quantity"
+    # Without a word on it the energy is kept where there is one.
+    keep = section.keep if "keep" in section.model_fields_set else []
+    for key, names in (("axes", section.axes or []), ("keep", keep)):
+        for i, name in enumerate(names):
+            yield f"[section] {key}[{i}]", name, known, "component or quantity"
+
+
+def _watched(content: Content) -> Iterator[tuple[str, str]]:
+    """Yield the quantities of ``[observe]`` and ``[drift]`` with their places."""
+    for section in ("observe", "drift"):
+        for i, name in enumerate(getattr(content, section).quantities or []):
+            yield f"[{section}] quantities[{i}]", name
+
+
+def _plugged(model: Model, content: Content) -> Iterator[str]:
+    """Yield what keeps watchers of other packages from every representation."""
+    problems = model.problems.values()
+    for where, name in _watched(content):
+        if name in plugged() and not any(name in quantities_of(p) for p in problems):
+            lines = [line for p in problems for line in _refused("", choose_watchers, p, [name])]
+            if len(lines) == len(problems):
+                yield f"{where} = {quoted(name)}: {lines[0]}"
+
+
+def _observation(model: Model, content: Content) -> Iterator[str]:
+    """Yield what is said of quantities that are not observed."""
+    names = {*content.observe.quantities, *(content.drift.quantities or [])}
+    for section, every in (("observe", content.observe.every), ("drift", content.drift.every)):
+        if not names and every not in (None, 1):
+            yield f"[{section}] every = {every!r}: nothing is observed: quantities is empty"
+    for name, options in content.observe.options.items():
+        having = [p for p in model.problems.values() if name in expanded(p, names)]
+        if having:
+            yield from _refused(f"[observe.{name}] ", choose_watchers, having[0], {name: options})
+        else:
+            where = f"{key_of(('observe', name))} = {quoted(options)}"
+            yield f"{where}: {quoted(name)} is observed neither in [observe] nor in [drift]"
+
+
+def _ends(model: Model, content: Content) -> Iterator[str]:
+    if next(iter(model.problems.values())).time == "t":
+        for name in ("time", "drift", "compare"):
+            if (end := getattr(content, name).tau_end) is not None:
+                why = f"expected t_end: {content.system.name!r} is in physical time"
+                yield f"[{name}] tau_end = {end!r}: {why}"

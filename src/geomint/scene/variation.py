@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from ..arguments import Array
 from ..errors import Gathered, SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
-from ..problems.systems import Model, find_system
+from ..problems.systems import Model
 from .model import Raw
 from .scene import Scene
 
@@ -90,15 +90,23 @@ def _variation(scene: Scene, key: str, values: Any) -> Variation:
         hint = both if having else f"no such key.{nearest(name, list(names))}"
         raise SceneError(f"vary: {quoted(key)}: {hint}")
     at = tuple(int(i) for i in re.findall(r"\d+", indices))
-    here = raw.get(having[0], {}).get(name)
+    here = raw.get(having[0], {}).get(name, _made(scene, name))
     if at or isinstance(here, list):
         _check_place(key, here, at)
     counts = known[having[0]][name].annotation is int
     return Variation(key.strip(), having[0], name, at, _values(key, values), counts)
 
 
+def _made(scene: Scene, name: str) -> list[float] | None:
+    """Return a piece of a state that the scene does not give, as its system makes it."""
+    where = scene.problem.slices.get(name)
+    return (
+        None if where is None or name in scene.sections["system"] else scene.state[where].tolist()
+    )
+
+
 def _known(scene: Scene) -> dict[str, dict[str, FieldInfo]]:
-    system = find_system(scene.content.system.name)
+    system = scene.system
     models = {"system": system.parameters, "initial": system.initial}
     return {section: dict(model.model_fields) for section, model in models.items()}
 
@@ -159,9 +167,12 @@ def varied_models(
     if not variations:
         yield (), scene.model, ""
         return
-    raw, system = scene.sections, find_system(scene.content.system.name)
+    raw, system = scene.sections, scene.system
     tables = {section: dict(raw.get(section, {})) for section in SECTIONS}
     tables["system"].pop("name", None)
+    for v in variations:
+        if v.section == "initial" and (made := _made(scene, v.name)):
+            tables["initial"].setdefault(v.name, made)
     for values in itertools.product(*(v.values.tolist() for v in variations)):
         for variation, value in zip(variations, values, strict=True):
             variation.put(tables, value)

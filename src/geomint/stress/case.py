@@ -4,7 +4,7 @@ A package registers under ``[project.entry-points."geomint.stress"]`` a function
 of `StressCase`. Every method that fits is run on every representation of every case.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint
 
@@ -34,25 +34,6 @@ class StressAxis:
 
 
 @dataclass(frozen=True)
-class Rescaled:
-    """The same motion in other units of time and momentum: a reference where digits run out.
-
-    Parameters
-    ----------
-    build : callable
-        Returns the model in those units, with the same representations.
-    time : float
-        The case's own times are the model's, times this.
-    pieces : mapping of name to float
-        The case's pieces of the state are the model's, times this; 1 where not named.
-    """
-
-    build: Callable[[], Model]
-    time: float
-    pieces: Mapping[str, float]
-
-
-@dataclass(frozen=True)
 class StressCase:
     """One motion, at one value of one axis, in all its representations.
 
@@ -66,23 +47,20 @@ class StressCase:
     n : int
         Dimension; 0 where there is none.
     build : callable
-        Returns the `Model`. What it raises is judged as well.
+        Returns the `Model`. What it raises is judged as well. It is sent to other processes: a
+        function of a module, or `functools.partial` of one.
     label : str
         The value for readers; by default its three leading digits.
     representations : tuple of str, optional
         Only these of the model.
     span : float
         Length of a run, in characteristic times of the representation.
-    fraction : float, optional
-        Step, in characteristic times. Default: each method's own.
     step : float, optional
-        Step, in the problem's own time, instead of `fraction`.
+        In the problem's own time. Default: each method's own.
     steps : int
-        How many, where `fraction` or `step` is given; `span` is then not used.
+        How many, where `step` is given; `span` is then not used.
     steady : bool
         Whether the generators of the action forms are constant along this motion.
-    rescaled : Rescaled, optional
-        Gives the reference solution. Default: that of the problem itself, in double-double numbers.
     reference : str, optional
         The representation whose reference solution serves all others, compared in physical
         quantities: where their own would take too long.
@@ -98,11 +76,9 @@ class StressCase:
     label: str = ""
     representations: Names | None = None
     span: float = 2.0
-    fraction: float | None = None
     step: float | None = None
     steps: int = 1
     steady: bool = False
-    rescaled: Rescaled | None = field(default=None, repr=False, compare=False)
     reference: str | None = None
     quick: Names = ()
 

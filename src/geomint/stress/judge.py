@@ -1,21 +1,24 @@
 """One method on one problem: run it, and hold it to what it states.
 
-The rules are `geomint.stress.page.RULES`.
+The rules are `geomint.stress.report.RULES`.
 """
 
 import dataclasses
 import functools
 import time
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
 from ..errors import (
+    DeclarationError,
     DomainError,
     FormError,
+    Gathered,
+    GeomintError,
     GeomintWarning,
     StepError,
     StepLimitError,
@@ -23,13 +26,13 @@ from ..errors import (
     raised,
 )
 from ..methods import Method
-from ..problems.deviation import pieces_of, relative_error
+from ..problems.deviation import pieces_of, relative_error, sizes_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
-from ..run.many import Outcome, attempt
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import ROUNDOFF
+from .case import StressCase
 from .known_end import KnownEnd, condition_of, field_rounding, known_end, separation_time
 from .preserved import Quantities
 
@@ -91,11 +94,6 @@ class Cell:
     seconds: float = 0.0
 
 
-def forbidden(cells: Iterable[Cell]) -> list[Cell]:
-    """Return the cells with a forbidden verdict."""
-    return [cell for cell in cells if cell.verdict in FORBIDDEN]
-
-
 def strictly(call: Callable[[], Any]) -> Any:
     """Return what a call returns; a warning that geomint does not give on purpose is an error."""
     with warnings.catch_warnings(action="error"):
@@ -103,160 +101,95 @@ def strictly(call: Callable[[], Any]) -> Any:
         return call()
 
 
-@dataclasses.dataclass
 class Trial:
-    """A problem, an initial state and the runs to make of it; shared by all methods.
+    """A case in one of its representations, and the runs to make of it; shared by all methods."""
 
-    Parameters
-    ----------
-    problem : Problem
-    y0 : array
-    span, fraction, step, steps, steady
-        See `geomint.StressCase`.
-    reference : callable, optional
-        ``reference(end) -> KnownEnd or None``, or a typed error that says why there is none; by default
-        that of the problem itself.
-    physical : bool
-        Whether that is in physical quantities.
-    """
-
-    problem: Problem
-    y0: Array
-    _: dataclasses.KW_ONLY
-    span: float = 2.0
-    fraction: float | None = None
-    step: float | None = None
-    steps: int = 1
-    steady: bool = False
-    reference: Callable[[float], KnownEnd | None] | None = None
-    physical: bool = False
-
-    def __post_init__(self) -> None:
+    def __init__(self, case: StressCase, representation: str) -> None:
+        self.case, model = case, strictly(case.build)
+        self.problem, self.y0 = model.problems[representation], model.states[representation]
         self.quantities = Quantities(self.problem, self.y0)
         self.time = characteristic_time(self.problem, self.y0)
-        if self.fraction is not None:
-            self.step = self.fraction * self.time
-        self._known_ends: dict[float, tuple[KnownEnd | None, str]] = {}
-        self._scales: dict[tuple[str, bool], float] = {}
+        self.separation_time = separation_time(self.problem, self.y0)
+        self.field_rounding = field_rounding(self.problem, self.y0)
+        other = model.problems.get(case.reference or "")
+        self.physical = other is not None and other.time == self.problem.time
+        self.named = functools.partial(
+            Problem.physical_state if self.physical else pieces_of, self.problem
+        )  # what states are compared by
+        name = case.reference if case.reference and self.physical else representation
+        self.source = model.problems[name], model.states[name]
+        self.reference_or_why_not = functools.cache(self._reference_or_why_not)
 
     def plan(self, method: Method) -> tuple[float, int]:
         """Return the end in the problem's own time and the number of steps."""
-        if self.step is not None:
-            return self.step * self.steps, self.steps
-        return self.span * self.time, max(1, int(np.ceil(self.span / method.step_fraction)))
+        case = self.case
+        if case.step is not None:
+            return case.step * case.steps, case.steps
+        return case.span * self.time, max(1, int(np.ceil(case.span / method.step_fraction)))
 
-    def known_end(self, end: float, steps: int) -> tuple[KnownEnd | None, str]:
-        """Return the reference at `end`, or None and the reason why it is not known."""
-        if abs(end) / steps > LONGEST * self.time:
-            return None, "no reference for steps this long"
-        if end not in self._known_ends:
-            reference = self.reference or functools.partial(known_end, self.problem, self.y0)
-            try:
-                self._known_ends[end] = reference(end), "no reference"
-            except (StepError, FormError, UnknownReferenceError) as error:
-                self._known_ends[end] = None, f"no reference ({raised(error)})"
-        return self._known_ends[end]
+    def reference(self, end: float) -> KnownEnd | None:
+        """Return the reference at `end`, of another representation where the case says so."""
+        return known_end(*self.source, end, self.physical)
 
-    def attempt(self, end: float, method: Method, steps: int, *start: Any) -> Outcome:
+    def _reference_or_why_not(self, end: float) -> tuple[KnownEnd | None, str]:
+        try:
+            return self.reference(end), "no reference"
+        except (StepError, FormError, DeclarationError, UnknownReferenceError) as error:
+            return None, f"no reference ({raised(error)})"
+
+    def run(self, method: Method, end: float, steps: int, *start: Any) -> Solution:
         """Integrate, from another problem and state if given; an unintended warning is an error.
 
         An adaptive method takes the step as its first one, if the case says what it is.
         """
-        free = method.adaptive and self.step is None
-        ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
-        run = functools.partial(
-            solve,
-            *(start or (self.problem, self.y0)),
-            method=method.with_options(max_steps=MOST_STEPS) if method.adaptive else method,
-            step=None if free else abs(end) / steps,
-            save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
-            **ends,
-        )
-        return strictly(functools.partial(attempt, run))
-
-    def run(self, *args: Any) -> Solution:
-        """Return the solution of an attempt, or raise its error."""
-        return self.attempt(*args).result()
-
-    def end_state(self, end: float, method: Method, steps: int) -> Array:
-        """Return the last state of a run."""
-        return self.run(end, method, steps).y[-1]
-
-    def own_condition(self, method: Method, end: float, steps: int) -> float:
-        """Return what a relative change grows to along the method's own run."""
-
-        def from_other(problem: Problem, y0: Array) -> Array:
-            return self.run(end, method, steps, problem, y0).y[-1]
-
-        return condition_of(self.problem, self.y0, from_other, self.named)
+        adaptive, step = method.adaptive, abs(end) / steps
+        options: dict[str, Any] = {
+            "tau_end" if self.problem.time == "tau" else "t_end": end,
+            "method": method.with_options(max_steps=MOST_STEPS) if adaptive else method,
+            "step": None if adaptive and self.case.step is None else step,
+            "save_every": SPARSE if adaptive else max(1, steps // LOOKS),
+        }
+        given = start or (self.problem, self.y0)
+        return strictly(functools.partial(solve, *given, progress=False, **options))
 
     def shortest_time(self, states: Array) -> float:
         """Return the shortest time of the motion at those states, see the module's docstring."""
-        times = [SEPARATIONS * self.separation_time]
-        for y in states:
-            try:
-                times.append(characteristic_time(self.problem, y))
-            except DomainError:  # numbers so large that their derivative is not finite
-                return 0.0
-        return min(times)
-
-    @functools.cached_property
-    def separation_time(self) -> float:
-        """What `geomint.stress.known_end.separation_time` is at the initial state."""
-        return separation_time(self.problem, self.y0)
-
-    @functools.cached_property
-    def field_rounding(self) -> float:
-        """What `geomint.stress.known_end.field_rounding` is at the initial state."""
-        return field_rounding(self.problem, self.y0)
-
-    def named(self, y: Array) -> dict[str, Array]:
-        """Return what states are compared by."""
-        return self.problem.physical_state(y) if self.physical else pieces_of(self.problem, y)
-
-    def scale(self, name: str, pieces: bool) -> float:
-        """Return what a rounding error of a quantity is measured against, at the initial state."""
-        if (name, pieces) not in self._scales:
-            self._scales[name, pieces] = self.quantities.scale(name, 0.0, self.y0, pieces)
-        return self._scales[name, pieces]
-
-    def scale_along(self, name: str, solution: Solution, pieces: bool) -> float:
-        """Return the larger of the scales at the ends of a run."""
-        last = self.quantities.scale(name, solution.tau[-1], solution.y[-1], pieces)
-        return max(self.scale(name, pieces), last)
+        try:
+            times = [characteristic_time(self.problem, y) for y in states]
+        except DomainError:  # numbers so large that their derivative is not finite
+            return 0.0
+        return min(SEPARATIONS * self.separation_time, *times)
 
 
-def judge(trial: Trial, method: Method) -> Found:
+def judge(trial: Callable[[], Trial], method: Method) -> Found:
     """Return what `Cell` says of a method on a trial, from `verdict` on."""
     begun = time.perf_counter()
-    found = _judged(trial, method)
+    try:
+        with Gathered(quiet=True):
+            found = _judged(trial, method)
+    except Exception as error:
+        found = verdict_of("untyped", error)
     return {**found, "seconds": time.perf_counter() - begun}
 
 
-def _judged(trial: Trial, method: Method) -> Found:
+def _judged(make: Callable[[], Trial], method: Method) -> Found:
+    common: Found = {}
     try:
+        trial = make()
         end, steps = trial.plan(method)
         common = {"h": abs(end) / steps / trial.time, "steps": steps}
-    except Exception as error:
-        return verdict_of("untyped", error)
-    try:
-        outcome = trial.attempt(end, method, steps)
-    except Exception as error:
-        return {**common, **verdict_of("untyped", error)}
-    if isinstance(outcome.error, StepError):
-        return {**common, **_failed(outcome.error)}
-    if outcome.error is not None:
-        return {**common, **verdict_of("refused", outcome.error)}
-    solution = outcome.result()
+        solution = trial.run(method, end, steps)
+    except StepError as error:
+        return {**common, **_failed(error)}
+    except GeomintError as error:
+        return {**common, **verdict_of("refused", error)}
     if method.adaptive:
         common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
     if not np.isfinite(solution.y).all() or not np.isfinite(solution.tau).all():
         message = "success, with numbers that are not finite"
         return {**common, "verdict": "wrong", "message": message}
     lost = _lost(trial, method, solution, end)
-    if lost is not None:
-        return {**common, **lost}
-    return {**common, **_accuracy(trial, method, solution, end, steps)}
+    return {**common, **(lost or _accuracy(trial, method, solution, end, steps))}
 
 
 def verdict_of(verdict: str, error: Exception) -> Found:
@@ -267,85 +200,83 @@ def verdict_of(verdict: str, error: Exception) -> Found:
 def _failed(error: StepError) -> Found:
     """Hold a typed error of a step to what it is to carry: where, what is left, a finite partial."""
     found = {**verdict_of("failed", error), "quantity": "residual", "error": error.residual}
-    partial = error.partial
-    if not (np.isfinite(error.t) and error.step >= 0) or partial is None:
+    if not (np.isfinite(error.t) and error.step >= 0) or error.partial is None:
         return {**found, "verdict": "wrong", "message": f"an error without its place: {error!r}"}
-    if not np.isfinite(partial.y).all():
+    if not np.isfinite(error.partial.y).all():
         return {**found, "verdict": "wrong", "message": f"a partial that is not finite: {error}"}
     return found
 
 
 def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> Found | None:
     """Return the verdict on the worst preserved quantity if it is lost, else None."""
-    found = []
-    turns = max(1.0, abs(end) / trial.time)
+    turns, lost = max(1.0, abs(end) / trial.time), {}
     # Orbits are kept with any generator; all else with what rounding makes of the field.
     noise = trial.field_rounding * abs(end) if method.needs != "action" else 0.0
     for name, defect in trial.quantities.preserved(method.keeps).items():
-        first = trial.quantities.value(name, 0.0, trial.y0)
-        values = [
-            trial.quantities.value(name, t, y)
-            for t, y in zip(solution.tau, solution.y, strict=True)
-        ]
-        off = float(np.max(np.abs(np.array(values) - first)))
-        scale = trial.scale_along(name, solution, _iterates(method))
-        if off <= (ROUNDOFF * turns + defect) * scale:
-            continue
-        off = max(off - noise * trial.scale_along(name, solution, True), 0.0)
+        places = list(zip(solution.tau, solution.y, strict=True))
+        values = np.array([trial.quantities.value(name, t, y) for t, y in places])
+        off = float(np.max(np.abs(values - values[0])))
+        scale = max(trial.quantities.scale(name, *place) for place in (places[0], places[-1]))
         error = 0.0 if off == 0.0 else off / scale if scale > 0.0 and off < np.inf else np.inf
-        found.append((error, defect, name))
-    if not found:
+        if error > ROUNDOFF * turns + defect + noise:
+            lost[name] = error, defect + noise
+    if not lost:
         return None
-    roundings = ROUNDOFF * max(turns, _rounded(trial, solution, end))
-    error, defect, name = max(found, key=lambda one: one[0] / (roundings + one[1]))
-    if error <= roundings + defect:
-        return None
-    return {
-        "verdict": "wrong",
-        "message": f"{name} is to be preserved",
-        "quantity": name,
-        "error": error,
-        "allowed": roundings + defect,
-    }
-
-
-def _iterates(method: Method) -> bool:
-    """Tell whether what a method keeps is found by iterations: Gauss methods and RATTLE."""
-    return "quadratic invariants" in method.keeps or method.needs == "hamiltonian"
-
-
-def _rounded(trial: Trial, solution: Solution, end: float) -> float:
-    """Return how often a run rounds changes of the size of the state: once in a step at most."""
+    # A run rounds changes of the size of the state once in a step at most.
     shortest = trial.shortest_time(solution.y)
     fast = abs(end) / shortest if shortest > 0.0 else np.inf
-    return min(fast, float(solution.steps))
+    roundings = ROUNDOFF * max(turns, min(fast, float(solution.steps)))
+    name, (error, more) = max(lost.items(), key=lambda one: one[1][0] / (roundings + one[1][1]))
+    if error <= roundings + more:
+        return None
+    found = {"quantity": name, "error": error, "allowed": roundings + more}
+    return {"verdict": "wrong", "message": f"{name} is to be preserved", **found}
 
 
 def _accuracy(trial: Trial, method: Method, solution: Solution, end: float, steps: int) -> Found:
     """Return the verdict on the state at the end."""
-    known, why_not = trial.known_end(end, steps)
+    known, why_not = None, "no reference for steps this long"
+    if abs(end) / steps <= LONGEST * trial.time:
+        known, why_not = trial.reference_or_why_not(end)
     notes = [] if known else [f"{why_not}: compared with a finer run"]
 
-    def error_of(y: Array, finer: tuple[Method, int]) -> float:
-        right = known.pieces if known else trial.named(trial.end_state(end, *finer))
-        return relative_error(trial.named(y), right)
+    def end_of(times: int, *start: Any) -> dict[str, Array]:
+        """Return the end of a run at a step halved, or a tolerance divided by 16, so many times."""
+        if not method.adaptive:
+            return trial.named(trial.run(method, end, steps * 2**times, *start).y[-1])
+        finer = {name: method.options[name] / 16.0**times for name in ("rtol", "atol")}
+        return trial.named(trial.run(method.with_options(**finer), end, steps, *start).y[-1])
 
-    sure = {"known": known.known, "confirmed": known.confirmed} if known else {}
-    found = {**sure}
-    exact = trial.steady and "steady motions" in method.keeps
-    hopeless = False
+    def error_of(here: dict[str, Array], times: int) -> float:
+        """Return the error of a run that is so many times finer."""
+        return relative_error(here, known.pieces if known else end_of(times + 1))
+
+    def shows_order(error: float) -> bool:
+        """Tell whether the error falls as the order wants, soon, when the step is halved."""
+        for times in range(1, HALVINGS + 1):
+            finer = error_of(end_of(times), times)
+            notes.append(f"{finer:.3g} at 1/{2**times} of the step")
+            if finer <= max(floor, error / 2.0 ** (0.5 * min(method.order, FULL_ORDER))):
+                return True
+            error = finer
+        return False
+
+    found: Found = {"known": known.known, "confirmed": known.confirmed} if known else {}
+    exact = trial.case.steady and "steady motions" in method.keeps
     try:
-        condition = known.condition if known else trial.own_condition(method, end, steps)
+        own_end = functools.partial(end_of, 0)
+        condition = known.condition if known else condition_of(trial.problem, trial.y0, own_end)
         turns = max(1.0, abs(end) / trial.time)
         floor = condition * (ROUNDOFF * turns + trial.field_rounding * abs(end))
         if method.adaptive:
-            floor = max(floor, condition * _tolerance(trial, method) * solution.steps)
-        error = error_of(solution.y[-1], _finer(method, steps, 1))
-        found = {**sure, "error": error, "allowed": floor}
+            smallest = float(np.min(sizes_of(trial.problem, trial.y0)))
+            tolerance = method.options["rtol"] + method.options["atol"] / smallest
+            floor = max(floor, condition * tolerance * solution.steps)
+        error = error_of(trial.named(solution.y[-1]), 0)
+        found |= {"error": error, "allowed": floor}
         good = error <= min(floor, RESOLVED)
-        if error <= RESOLVED and not (good or exact or method.adaptive):
-            good = _shows_order(trial, method, end, steps, error, floor, error_of, notes)
-        if good:
+        fixed = not (exact or method.adaptive)
+        if good or (error <= RESOLVED and fixed and shows_order(error)):
             return {**found, "verdict": "ok", "message": "; ".join(notes)}
         hopeless = floor > RESOLVED
     except StepError as failure:
@@ -355,40 +286,3 @@ def _accuracy(trial: Trial, method: Method, solution: Solution, end: float, step
     long = not method.adaptive and abs(end) / steps > default * (1.0 + 1e-9)
     verdict = "unresolved" if hopeless or (long and not exact) else "wrong"
     return {**found, "verdict": verdict, "message": "; ".join(notes)}
-
-
-def _shows_order(
-    trial: Trial,
-    method: Method,
-    end: float,
-    steps: int,
-    error: float,
-    floor: float,
-    error_of: Callable[[Array, tuple[Method, int]], float],
-    notes: list[str],
-) -> bool:
-    """Tell whether the error falls as the order wants, soon, when the step is halved."""
-    wanted = 2.0 ** (0.5 * min(method.order, FULL_ORDER))
-    for times in range(1, HALVINGS + 1):
-        y = trial.end_state(end, *_finer(method, steps, times))
-        finer = error_of(y, _finer(method, steps, times + 1))
-        notes.append(f"{finer:.3g} at 1/{2**times} of the step")
-        if finer <= max(floor, error / wanted):
-            return True
-        error = finer
-    return False
-
-
-def _finer(method: Method, steps: int, times: int) -> tuple[Method, int]:
-    """Return the method and number of steps of a run at half the step, or at 1/16 the tolerance."""
-    if not method.adaptive:
-        return method, steps * 2**times
-    options = {name: method.options[name] / 16.0**times for name in ("rtol", "atol")}
-    return method.with_options(**options), steps
-
-
-def _tolerance(trial: Trial, method: Method) -> float:
-    """Return what an adaptive method lets a step err, relative to the smallest piece."""
-    sizes = [float(np.max(np.abs(piece))) for piece in pieces_of(trial.problem, trial.y0).values()]
-    smallest = min((size for size in sizes if size > 0.0), default=1.0)
-    return float(method.options["rtol"] + method.options["atol"] / smallest)

@@ -10,10 +10,10 @@ end are divided by that. A reference that its own estimate, or the second method
 from __future__ import annotations
 
 import contextlib
-import dataclasses
+import functools
 import itertools
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from ..methods import Gauss
 from ..problems.deviation import pieces_of, relative_error, shifted, sizes_of
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
+from ..problems.time_scale import jacobian
 from ..watch.drift import ROUNDOFF
 
 Named = dict[str, Array]
@@ -34,8 +35,7 @@ SAMPLES = 3
 MANY = 60  # numbers in a state up to which all of them are shifted, one by one
 
 
-@dataclasses.dataclass(frozen=True)
-class KnownEnd:
+class KnownEnd(NamedTuple):
     """The end of a run.
 
     Attributes
@@ -53,11 +53,6 @@ class KnownEnd:
     known: float | None = None
     confirmed: float | None = None
 
-    def scaled(self, factors: Mapping[str, float]) -> KnownEnd:
-        """Return the same in other units."""
-        pieces = {name: factors.get(name, 1.0) * v for name, v in self.pieces.items()}
-        return dataclasses.replace(self, pieces=pieces)
-
 
 def known_end(problem: Problem, y0: Array, end: float, physical: bool = False) -> KnownEnd:
     """Return the reference at the problem's own time `end`.
@@ -74,28 +69,19 @@ def known_end(problem: Problem, y0: Array, end: float, physical: bool = False) -
     UnknownReferenceError
         If it is not known, or not confirmed, well enough to judge the rounding errors of a run.
     """
-
-    def named(y: Array) -> Named:
-        return problem.physical_state(y) if physical else pieces_of(problem, y)
-
+    named = functools.partial(Problem.physical_state if physical else pieces_of, problem)
     reference = reference_solution(problem, y0, end, judges=ROUNDOFF)
-    second = reference.confirmation
+    h, second = 0.75 * Gauss(8).default_step(problem, y0, end), reference.confirmation
+
+    def end_from(shifted: Problem, y: Array) -> Named:
+        return named(integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64))
+
+    condition = condition_of(problem, y0, end_from)
     assert second is not None
-    h = 0.75 * Gauss(8).default_step(problem, y0, end)
-
-    def from_other(shifted: Problem, y: Array) -> Array:
-        return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)
-
-    condition = condition_of(problem, y0, from_other, named)
     return KnownEnd(named(reference.y), condition, reference.known, second.accuracy)
 
 
-def condition_of(
-    problem: Problem,
-    y0: Array,
-    end_from: Callable[[Problem, Array], Array],
-    named: Callable[[Array], Named],
-) -> float:
+def condition_of(problem: Problem, y0: Array, end_from: Callable[[Problem, Array], Named]) -> float:
     """Return what a relative change of state and parameters grows to at the end, at least 1.
 
     Infinity if even the smallest shift grows to the size of the state, or no run gets to its end.
@@ -103,15 +89,13 @@ def condition_of(
     Parameters
     ----------
     end_from : callable
-        Returns the state at the end, from a problem with other parameters and another state.
-    named : callable
-        Returns what of a state is compared.
+        Returns what is compared at the end, from a problem with other parameters and another state.
     """
     for shift in SHIFTS:
         ends = []
         for seed in range(SAMPLES):
             with contextlib.suppress(StepError):
-                ends.append(named(end_from(*shifted(problem, y0, seed, shift))))
+                ends.append(end_from(*shifted(problem, y0, seed, shift)))
         # All are shifted: their differences are what one shift makes of another.
         errors = [relative_error(x, y) for x, y in itertools.combinations(ends, 2)]
         worst = max(errors, default=np.inf)
@@ -129,33 +113,30 @@ def field_rounding(problem: Problem, y0: Array) -> float:
     """
     if problem.field is None or problem.rows > MANY:
         return 0.0
-    worst, sizes = 0.0, sizes_of(problem, y0)
+    found = [0.0]
     for seed in range(SAMPLES):
         near, y = shifted(problem, y0, seed, SHIFTS[0])
-        rates: list[Any] = []
-        for number in (np.float64, np.longdouble):
-            out = np.zeros(problem.rows, number)
-            work = Block(np.zeros(problem.work, number))
-            params = Block(np.array(near.params, number))
-            problem.field(params, number(0.0), Block(y.astype(number)), Block(out), work)
-            rates.append(out)
-        off = float(np.max(np.abs(rates[0] - rates[1]) / sizes))
-        worst = max(worst, off if np.isfinite(off) else 0.0)
-    return worst
+        double, extended = (_rates(near, y, number) for number in (np.float64, np.longdouble))
+        found.append(float(np.max(np.abs(double - extended) / sizes_of(problem, y0))))
+    return max(off for off in found if np.isfinite(off))
+
+
+def _rates(problem: Problem, y: Array, number: Any) -> Any:
+    out, work, time = np.zeros(problem.rows, number), np.zeros(problem.work, number), number(0.0)
+    params, state = problem.params.astype(number), y.astype(number)
+    problem.field(Block(params), time, Block(state), Block(out), Block(work))  # type: ignore[misc]
+    return out
 
 
 def separation_time(problem: Problem, y0: Array) -> float:
     """Return the time in which states next to y0 part by a factor e, at most.
 
     The inverse of the norm of the derivative of the field, each piece in its own unit: the largest
-    number of it. Where there are many numbers the norm is sampled in some directions.
+    number of it. Infinity for many numbers, whose motion is taken to be no faster than its rates.
     """
-    n, sizes = problem.rows, sizes_of(problem, y0)
-    directions = np.eye(n)
-    if n > MANY:
-        directions = np.random.default_rng(0).choice([-1.0, 1.0], (SAMPLES, n))
-    center = derivative(problem, y0)
-    changes = [derivative(problem, y0 + SHIFTS[0] * sizes * d) - center for d in directions]
-    columns = np.array(changes) / (SHIFTS[0] * sizes)
-    norm = float(np.linalg.norm(columns, np.inf)) / (n if n > MANY else 1)
+    if problem.rows > MANY:
+        return np.inf
+    sizes = sizes_of(problem, y0)
+    slopes = jacobian(problem, y0, 0.0, derivative).T * sizes[:, None] / sizes
+    norm = float(np.linalg.norm(slopes, np.inf))
     return 1.0 / norm if norm > 0.0 else np.inf

@@ -6,7 +6,10 @@ import math
 import textwrap
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from ..plots.canvas import new_figure
 from ..plots.style import WIDTH
@@ -22,28 +25,14 @@ Cells = Sequence[CellRecord]
 Place = tuple[str, str]  # a method, the label of a value
 
 # Okabe and Ito's orange and black; blues for what works, as dark as the error is large.
-COLOURS = {
-    "unresolved": "#c9c9c9",
-    "failed": "#e69f00",
-    "refused": "#ffffff",
-    **dict.fromkeys(FORBIDDEN, "#000000"),
-}
-SYMBOLS = {
-    "unresolved": "~",
-    "failed": "∘",
-    "refused": "–",
-    "wrong": "×",
-    "untyped": "!",
-    "hung": "∞",
-}
+COLOURS = dict(zip(VERDICTS[1:], ["#c9c9c9", "#e69f00", "#ffffff", *["#000000"] * 3], strict=True))
+SYMBOLS = dict(zip(VERDICTS[1:], "~∘–×!∞", strict=True))
 LIGHT, DARK = (0.87, 0.93, 0.97), (0.19, 0.51, 0.74)
 EXPONENTS = (-16.0, -1.0)  # of the errors at the ends of the blues
-ROW, LABELS = 0.082, 1.62  # inches: a method, the names
-TOP, HEAD = 0.5, 1.1  # inches: a panel's title; that, its ticks and their quantity
-TINY = 5.2
-GAP = 0.14
-NARROWEST, UNIT = 0.58, 0.095  # inches of a panel: what its title needs; of a column
-ROOM = WIDTH - LABELS - 0.05  # inches that a line has for its panels
+ROW, HEAD = 0.082, 1.1  # inches: a method; a panel's title, its ticks and their quantity
+TINY, SMALL = 5.2, 6.5  # sizes of letters
+NARROWEST, WIDEST = 6.0, 29.0  # columns: as wide as a title needs; of a line that is filled
+ROOM, GAP = 51.0, 1.5  # columns that a line has room for, and those between two panels
 
 
 def stress_figure(
@@ -70,13 +59,20 @@ def stress_figure(
     A square of one colour: the verdict on all systems, with the largest error. Else its upper left
     half is the best verdict, the lower right half the worst.
     """
-    lines = _lines([_Panel.of(axis, cells) for axis in axes])
-    height = len(lines) * (HEAD + ROW * len(methods)) + 0.55
-    with new_figure(WIDTH, height) as figure:
-        for number, line in enumerate(lines):
-            top = 1.0 - number * (HEAD + ROW * len(methods)) / height
-            _draw_line(figure, line, top, height, methods, families)
-        _legend(figure, height)
+    panels = [_Panel.of(axis, cells) for axis in axes]
+    count = math.ceil(sum(panel.width + GAP for panel in panels) / ROOM) or 1
+    height = count * (HEAD + ROW * len(methods)) + 0.55
+    with new_figure(WIDTH, height, layout="constrained") as figure:
+        lines = figure.add_gridspec(count, 1)
+        for row, chosen in enumerate(np.array_split(np.arange(len(panels)), count)):
+            widths = [panels[i].width for i in chosen]
+            widths.append(max(WIDEST - sum(widths), 0.01))  # few columns do not fill the line
+            places = lines[row].subgridspec(1, len(widths), width_ratios=widths)
+            for number, i in enumerate(chosen):
+                drawn = figure.add_subplot(places[number])
+                _draw_panel(drawn, panels[i], {name: families[name] for name in methods})
+                drawn.tick_params("y", which="major", labelleft=number == 0)
+        _legend(figure)
     return figure
 
 
@@ -93,123 +89,51 @@ class _Panel(NamedTuple):
         values = {cell["label"]: cell["value"] for cell in own}
         return cls(axis, own, sorted(values, key=values.__getitem__))
 
+    @property
+    def width(self) -> float:
+        return max(NARROWEST, len(self.columns))
 
-def _lines(panels: Sequence[_Panel]) -> list[list[_Panel]]:
-    """Return the panels, line by line: as few lines as there is room in, then even."""
-    fewest = _filled(panels, ROOM + GAP)
-    for share in range(50, 100):
-        even = _filled(panels, 0.01 * share * (ROOM + GAP))
-        if len(even) == len(fewest):
-            return even
-    return fewest
+    def wrapped(self, what: str, size: float) -> str:
+        letters = int(self.width * 12.0 / size)
+        return "\n".join(textwrap.wrap(self.axis[what], letters, break_long_words=False))
 
 
-def _filled(panels: Sequence[_Panel], limit: float) -> list[list[_Panel]]:
-    """Return panels in lines that are filled up to a limit, each with one at least."""
-    lines: list[list[_Panel]] = [[]]
-    used = 0.0
-    for panel in panels:
-        need = GAP + max(NARROWEST, UNIT * len(panel.columns))
-        if lines[-1] and used + need > limit:
-            lines.append([])
-            used = 0.0
-        lines[-1].append(panel)
-        used += need
-    return lines
-
-
-def _draw_line(
-    figure: Figure,
-    line: Sequence[_Panel],
-    top: float,
-    height: float,
-    methods: Sequence[str],
-    families: Mapping[str, str],
-) -> None:
-    """Draw panels side by side, as wide as their numbers of columns want."""
-    left = LABELS
-    for panel, width in zip(line, _widths([len(p.columns) for p in line]), strict=True):
-        box = (
-            left / WIDTH,
-            top - (TOP + ROW * len(methods)) / height,
-            width / WIDTH,
-            ROW * len(methods) / height,
-        )
-        axes = figure.add_axes(box)
-        _draw_panel(axes, panel, methods, families)
-        axes.set_title(_wrapped(panel.axis["title"], width, 6.5), fontsize=6.5, pad=4)
-        quantity = _wrapped(panel.axis["quantity"], width, TINY)
-        axes.set_xlabel(quantity, fontsize=TINY, labelpad=1.5)
-        if panel is not line[0]:
-            axes.set_yticklabels([])
-        left += width + GAP
-
-
-def _widths(columns: Sequence[int]) -> list[float]:
-    """Return the widths of panels of so many columns: alike, but not too narrow for a title."""
-    room = ROOM - GAP * (len(columns) - 1)
-    wide = sum(columns)
-    for count in sorted(columns):
-        if count * room / wide < NARROWEST:
-            room, wide = room - NARROWEST, wide - count
-    unit = min(room / wide, 2.0 * ROW) if wide else 0.0
-    return [max(NARROWEST, unit * count) for count in columns]
-
-
-def _wrapped(text: str, width: float, size: float) -> str:
-    letters = int(width * 130.0 / size)
-    return "\n".join(textwrap.wrap(text, max(6, letters), break_long_words=False))
-
-
-def _draw_panel(
-    axes: Axes, panel: _Panel, methods: Sequence[str], families: Mapping[str, str]
-) -> None:
+def _draw_panel(axes: Axes, panel: _Panel, families: Mapping[str, str]) -> None:
     from matplotlib.collections import PolyCollection
 
-    places = defaultdict(list)
+    places, methods = defaultdict(list), list(families)
     for cell in panel.cells:
-        places[cell["method"], cell["label"]].append(cell)
+        if cell["method"] in methods:
+            places[cell["method"], cell["label"]].append(cell)
     squares, colours = [], []
     for (method, label), found in places.items():
-        if method not in methods:
-            continue
         x, y = panel.columns.index(label), methods.index(method)
-        ranked = sorted(found, key=_rank)
-        worst = ranked[-1]["verdict"]
+        best, worst = min(found, key=_rank), max(found, key=_rank)
         squares.append([(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)])
-        colours.append(colour_of(ranked[-1]))
-        if ranked[0]["verdict"] != worst:
+        colours.append(colour_of(worst))
+        if best["verdict"] != worst["verdict"]:
             squares.append([(x, y), (x + 1, y), (x, y + 1)])
-            colours.append(colour_of(ranked[0]))
-        if worst in SYMBOLS:
-            ink = "white" if worst in FORBIDDEN else "black"
-            axes.text(
-                x + 0.68,
-                y + 0.66,
-                SYMBOLS[worst],
-                fontsize=4.2,
-                color=ink,
-                ha="center",
-                va="center",
-            )
+            colours.append(colour_of(best))
+        if worst["verdict"] in SYMBOLS:
+            symbol, ink = SYMBOLS[worst["verdict"]], 1.0 * (worst["verdict"] in FORBIDDEN)
+            at = x + 0.68, y + 0.66
+            axes.text(*at, symbol, size=4.2, color=str(ink), ha="center", va="center")
     axes.add_collection(PolyCollection(squares, facecolors=colours, linewidths=0))
-    axes.set_xlim(0, len(panel.columns))
-    axes.set_ylim(len(methods), 0)
-    axes.set_xticks(
-        [i + 0.5 for i in range(len(panel.columns))], panel.columns, rotation=90, fontsize=TINY
-    )
-    axes.set_yticks([i + 0.5 for i in range(len(methods))], methods, fontsize=TINY)
-    axes.tick_params(length=0, pad=1.5)
-    axes.set_axisbelow(False)
+    columns, rows = len(panel.columns), len(methods)
+    axes.set(xlim=(0, columns), ylim=(rows, 0), axisbelow=False)
+    axes.set_xticks(np.arange(columns) + 0.5, panel.columns, rotation=90, size=TINY)
+    axes.set_yticks(np.arange(rows) + 0.5, methods, size=TINY)
+    axes.set_xticks(range(1, columns), minor=True)
+    axes.set_yticks(range(1, rows), minor=True)
+    axes.tick_params(which="both", length=0, pad=1.5)
     axes.grid(visible=False)
-    for i in range(1, len(panel.columns)):
-        axes.axvline(i, color="white", linewidth=0.3)
-    for i in range(1, len(methods)):
-        new = families[methods[i]] != families[methods[i - 1]]
-        axes.axhline(i, color="0.25" if new else "white", linewidth=0.5 if new else 0.3)
-    for spine in axes.spines.values():
-        spine.set_visible(True)
-        spine.set_linewidth(0.5)
+    axes.grid(which="minor", color="white", linewidth=0.3, alpha=1.0)
+    for i, (one, other) in enumerate(pairwise(families.values()), 1):
+        if one != other:
+            axes.axhline(i, color="0.25", linewidth=0.5)
+    axes.spines[:].set(visible=True, linewidth=0.5)
+    axes.set_title(panel.wrapped("title", SMALL), fontsize=SMALL, pad=4)
+    axes.set_xlabel(panel.wrapped("quantity", TINY), fontsize=TINY, labelpad=1.5)
 
 
 def _rank(cell: CellRecord) -> tuple[int, float]:
@@ -218,43 +142,32 @@ def _rank(cell: CellRecord) -> tuple[int, float]:
 
 
 def colour_of(cell: CellRecord) -> Any:
-    """Return the colour of a cell."""
-    if cell["verdict"] != "ok":
-        return COLOURS[cell["verdict"]]
-    return shade(cell["error"] or 0.0)
+    """Return the colour of a cell: of one that is ok by its error."""
+    return COLOURS.get(cell["verdict"]) or shade(cell["error"] or 0.0)
 
 
-def shade(error: float) -> tuple[float, float, float]:
+def shade(error: float) -> Any:
     """Return the shade of an error."""
-    low, high = EXPONENTS
-    at = (math.log10(max(error, 1e-300)) - low) / (high - low)
-    at = min(max(at, 0.0), 1.0)
-    red, green, blue = (a + at * (b - a) for a, b in zip(LIGHT, DARK, strict=True))
-    return red, green, blue
+    at = np.interp(math.log10(max(error, 1e-300)), EXPONENTS, (0.0, 1.0))
+    return tuple((1.0 - at) * np.array(LIGHT) + at * np.array(DARK))
 
 
-def _legend(figure: Figure, height: float) -> None:
+def _legend(figure: Figure) -> None:
     from matplotlib.patches import Patch
 
     low, high = EXPONENTS
-    handles = [
-        Patch(facecolor=shade(10.0**exponent), label=f"ok, relative error 1e{exponent:.0f}")
-        for exponent in (low, 0.5 * (low + high) - 0.5, high)
-    ]
-    for verdict in ("unresolved", "failed", "refused"):
-        label = f"{SYMBOLS[verdict]}  {verdict}"
-        handles.append(
-            Patch(facecolor=COLOURS[verdict], edgecolor="0.4", linewidth=0.4, label=label)
-        )
     words = ", ".join(f"{SYMBOLS[verdict]} {verdict}" for verdict in FORBIDDEN)
-    handles.append(Patch(facecolor="#000000", label=f"forbidden: {words}"))
+    found = {
+        f"ok, relative error 1e{exponent:.0f}": shade(10.0**exponent)
+        for exponent in (low, 0.5 * (low + high) - 0.5, high)
+    }
+    found |= {f"{SYMBOLS[v]}  {v}": COLOURS[v] for v in ("unresolved", "failed", "refused")}
+    found[f"forbidden: {words}"] = COLOURS["wrong"]
     figure.legend(
-        handles=handles,
-        loc="lower center",
+        handles=[Patch(facecolor=c, ec="0.4", lw=0.4, label=told) for told, c in found.items()],
+        loc="outside lower center",
         ncols=4,
         fontsize=6.0,
         handlelength=1.2,
         columnspacing=1.2,
-        bbox_to_anchor=(0.5, 0.0),
-        borderaxespad=0.3,
     )

@@ -14,18 +14,20 @@ a ball that is nearly homogeneous on the orbits of rotations: the defect that wa
 ``"steady motions"`` is about motions, not about quantities: `geomint.stress.judge`.
 """
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.bound import Bound
-from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import ACTION
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..problems.deviation import sizes_of
 from ..problems.evaluate import rates_of, value_of
 from ..problems.problem import Problem
+from ..problems.spaces.conditions import differences
 
 SAMPLES = 3
 FEW = 40  # numbers in a state up to which its functions run in plain Python
@@ -43,63 +45,46 @@ class Quantities:
     def __init__(self, problem: Problem, y0: Array) -> None:
         self._problem, self._sizes = problem, sizes_of(problem, y0)
         self._compiled = problem.rows > FEW
-        self._kinds: dict[str, dict[str, float]] = {}
+        self.of_kind = functools.cache(self._of_kind)
 
     def value(self, name: str, t: float, y: Array) -> float:
         """Return a diagnostic at a state."""
         f = self._problem.diagnostics[name]
         return value_of(self._problem, f, y, self._compiled)(y, t)
 
-    def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
-        """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
+    def scale(self, name: str, t: float, y: Array) -> float:
+        """Return max(|f|, Σ |s_i ∂f/∂y_i|): f changes by ε times it where a piece of size s is rounded.
 
-        Numbers that are 0 count with the size of their piece: the next step rounds what they become.
-        So do pieces that are 0, with the size of the state; and all numbers with `pieces`, as
-        iterations end where they no longer change a piece.
+        By pieces, as iterations end where they no longer change one, and numbers that are 0 are none
+        after a step; a piece that is 0 counts with the size of the state. Of many numbers it is the
+        root of the sum of squares, from changes of random signs: a lower bound.
         """
-        f = self.value(name, t, y)
-        if len(y) > MANY:
-            return max(abs(f), self._sampled_scale(name, t, y))
-        total = 0.0
-        whole = sizes_of(self._problem, y)
-        for i, size in enumerate(1e-5 * np.where((y == 0.0) | pieces, whole, np.abs(y))):
-            above, below = y.copy(), y.copy()
-            above[i] += size
-            below[i] -= size
-            up, down = self.value(name, t, above) - f, self.value(name, t, below) - f
-            # A norm has a kink where it is 0: there the two sides' difference misses the slope.
-            total += 1e5 * 0.5 * max(abs(up - down), abs(up + down))
-        return max(abs(f), total)
-
-    def _sampled_scale(self, name: str, t: float, y: Array) -> float:
-        """Return the root of Σ (y_i ∂f/∂y_i)², from changes of random signs: a lower bound."""
-        rng = np.random.default_rng(4)
-        signs = rng.choice([-1.0, 1.0], (2 * SAMPLES, len(y)))
-        ends = [
-            (self.value(name, t, y + 1e-5 * s * y), self.value(name, t, y - 1e-5 * s * y))
-            for s in signs
-        ]
-        return 1e5 * 0.5 * float(np.sqrt(np.mean([(up - down) ** 2 for up, down in ends])))
+        f, many, sizes = self.value(name, t, y), len(y) > MANY, sizes_of(self._problem, y)
+        signs = np.random.default_rng(4).choice([-1.0, 1.0], (2 * SAMPLES, len(y)))
+        ways = 1e-5 * (signs * np.abs(y) if many else np.diag(sizes))
+        up, down = (np.array([self.value(name, t, y + s * d) - f for d in ways]) for s in (1, -1))
+        # A norm has a kink where it is 0: there the two sides' difference misses the slope.
+        terms = 0.5e5 * np.maximum(np.abs(up - down), np.abs(up + down))
+        return max(abs(f), float(np.sqrt(np.mean(terms**2)) if many else np.sum(terms)))
 
     def preserved(self, keeps: tuple[str, ...]) -> dict[str, float]:
         """Return the diagnostics that are of one of those kinds, and how nearly, relative."""
-        kinds = [self.of_kind(kind) for kind in keeps if kind in _DEFECTS]
-        return {name: defect for kind in kinds for name, defect in kind.items()}
+        return {name: defect for kind in keeps for name, defect in self.of_kind(kind).items()}
 
-    def of_kind(self, kind: str) -> dict[str, float]:
+    def _of_kind(self, kind: str) -> dict[str, float]:
         """Return the diagnostics of a kind that `Method.keeps` may name, and how nearly they are."""
-        if kind not in self._kinds:
-            defects = {name: _DEFECTS[kind](self, name) for name in self._candidates(kind)}
-            self._kinds[kind] = {name: d for name, d in defects.items() if d <= EXACT}
-        return self._kinds[kind]
-
-    def _candidates(self, kind: str) -> Mapping[str, Recorded]:
         problem = self._problem
         if kind == "constraints":
-            return problem.constraints
-        form = problem.action if kind == "group orbits" else problem.field
-        return {} if form is None else {**problem.invariants, **problem.constraints}
+            return dict.fromkeys(problem.constraints, 0.0)
+        changes = {
+            "group orbits": self._along_orbits if problem.action else None,
+            "quadratic invariants": self._along_field if problem.field else None,
+        }.get(kind)
+        names = {**problem.invariants, **problem.constraints} if changes else {}
+        found = {name: _largest(changes(name)) for name in names if changes}
+        return {name: off for name, off in found.items() if off <= EXACT}
 
+    @functools.cached_property
     def _states(self) -> list[tuple[float, Array]]:
         rng = np.random.default_rng(20100)
         return [
@@ -107,11 +92,10 @@ class Quantities:
             for _ in range(SAMPLES)
         ]
 
-    def change_on_orbits(self, name: str) -> float:
-        """Return the largest relative difference of the values at exp(ξ)·y and at y."""
-        group = self._problem.action.group  # type: ignore[union-attr]
-        rng, worst = np.random.default_rng(569), 0.0
-
+    @functools.cached_property
+    def _moved(self) -> list[Array]:
+        """The states, moved by elements of the group: rotations by a radian, and the like."""
+        group, rng = self._problem.action.group, np.random.default_rng(569)  # type: ignore[union-attr]
         act = Bound(group.act, ACTION).call(self._compiled)
         act.set(layout=Block(group.layout), work=scalar_block(group.work))
 
@@ -120,54 +104,51 @@ class Quantities:
             act(xi=Block(xi), y=Block(y), out=Block(out))
             return out
 
-        for t, y in self._states():
+        def moved(y: Array) -> Array:
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
-            if group.algebra_rows <= FEW:
-                # Rotations by a radian, translations by the size of what they move.
-                units = np.eye(group.algebra_rows)
-                moves = [float(np.max(np.abs(increment(row, y)) / self._sizes)) for row in units]
-                xi /= [max(move, 1e-300) for move in moves]
-            moved = y + increment(xi, y)
+            if group.algebra_rows <= FEW:  # translations by the size of what they move
+                units = [increment(row, y) / self._sizes for row in np.eye(group.algebra_rows)]
+                xi /= np.maximum(np.max(np.abs(units), axis=1), 1e-300)
+            return y + increment(xi, y)
+
+        return [moved(y) for _, y in self._states]
+
+    def _along_orbits(self, name: str) -> Iterator[float]:
+        """Yield the relative differences of the values at exp(ξ)·y and at y."""
+        for (t, y), moved in zip(self._states, self._moved, strict=True):
             x, z = self.value(name, t, y), self.value(name, t, moved)
-            worst = max(worst, _relative(x - z, max(abs(x), abs(z))))
-        return worst
+            yield _relative(x - z, max(abs(x), abs(z)))
 
-    def change_along_field(self, name: str) -> float:
-        """Return the largest relative third difference along a line, or slope along the field.
+    def _along_field(self, name: str) -> Iterator[float]:
+        """Yield relative third differences along a line, and slopes along the field.
 
-        The slope is relative to the sum of the sizes of its terms. Where rounding of the values
-        hides it, nothing is known: that counts as a change.
+        A slope is relative to the sum of the sizes of its terms. Where rounding of the values hides
+        it, nothing is known: that counts as a change.
         """
-        rng, worst = np.random.default_rng(2), 0.0
-        problem = self._problem
-        for t, y in self._states():
+        problem, rng = self._problem, np.random.default_rng(2)
+        for t, y in self._states:
+            at: Any = functools.partial(self.value, name, t)
             d = self._sizes * rng.normal(size=len(y))
-            line = [self.value(name, t, y + k * d) for k in range(4)]
-            third = line[3] - 3.0 * line[2] + 3.0 * line[1] - line[0]
-            worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
-            if worst > EXACT:
-                return worst
+            line = [at(y + k * d) for k in range(4)]
+            yield _relative(np.diff(line, 3)[0], 8.0 * np.max(np.abs(line)))
             v = rates_of(problem, y, self._compiled)(problem, y, t)
             v = v / (np.max(np.abs(v) / self._sizes) or 1.0)
-            slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
-            terms = float(np.sum(np.abs(slopes)))
-            if terms * SEEN < max(map(abs, line)):
-                return np.inf
-            worst = max(worst, _relative(self._rise(name, t, y, v), terms))
-        return worst
+            terms = np.sum(np.abs(differences(at, y, np.diag(v))))
+            hidden = 2.0 * terms * SEEN < np.max(np.abs(line))
+            yield np.inf if hidden else _relative(differences(at, y, v[None])[0], terms)
 
-    def _rise(self, name: str, t: float, y: Array, v: Array) -> float:
-        return self.value(name, t, y + v) - self.value(name, t, y - v)
+
+def _largest(changes: Iterable[float]) -> float:
+    """Return the largest change, or the first that is too large."""
+    worst = 0.0
+    for change in changes:
+        worst = max(worst, change)
+        if worst > EXACT:
+            break
+    return worst
 
 
 def _relative(difference: float, size: float) -> float:
     if difference == 0.0:
         return 0.0
     return abs(difference) / size if size > 0.0 and np.isfinite(difference) else np.inf
-
-
-_DEFECTS = {
-    "constraints": lambda quantities, name: 0.0,
-    "group orbits": Quantities.change_on_orbits,
-    "quadratic invariants": Quantities.change_along_field,
-}

@@ -1,15 +1,12 @@
-"""Progress and summary of a sweep on a terminal."""
+"""Progress of a sweep on a terminal."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from .judge import FORBIDDEN, VERDICTS, Cell, forbidden
-from .references import references_in_words, references_of
-
-MOST = 20  # forbidden cells that the summary lists
+from ..reports.text import number
+from .judge import FORBIDDEN, Cell
 
 
 class Watch:
@@ -57,34 +54,15 @@ class Watch:
             self._bar.console.print(quoted(cell), markup=False, highlight=False)
         self._bar.update(self._task, advance=1, description=f"stress: {cell.axis}")
 
-    def summary(self, cells: Sequence[Cell]) -> None:
-        """Print the number of each verdict by axis, what they rest on, and what is forbidden."""
-        from rich.console import Console
-        from rich.table import Column
-
-        from ..report.columns import fitted
-
-        console = Console()
-        columns = [
-            Column("axis"),
-            *(Column(verdict, justify="right", no_wrap=True) for verdict in VERDICTS),
-        ]
-        rows = []
-        for axis in dict.fromkeys(cell.axis for cell in cells):
-            counts = Counter(cell.verdict for cell in cells if cell.axis == axis)
-            rows.append((axis, *(str(counts[verdict] or "") for verdict in VERDICTS)))
-        empty = [verdict for verdict in VERDICTS if all(c.verdict != verdict for c in cells)]
-        console.print(fitted(console, columns, rows, empty))
-        console.print(references_in_words(references_of(cells)), highlight=False)
-        bad = forbidden(cells)
-        for cell in bad[:MOST]:
-            console.print(quoted(cell), markup=False, highlight=False)
-        if len(bad) > MOST:
-            console.print(f"… and {len(bad) - MOST} more: see the report")
-
 
 def quoted(cell: Cell) -> str:
     """Return a forbidden cell in a line."""
-    off = "" if cell.error is None else f" off by {cell.error:.3g}, allowed {cell.allowed or 0:.3g}"
-    why = "; ".join(part for part in (f"{cell.quantity}{off}", cell.message) if part)
-    return f"{cell.verdict}: {cell.method} on {cell.system}, {cell.axis} {cell.label}: {why}"
+    where = f"{cell.method} on {cell.system}, {cell.axis} {cell.label}"
+    return f"{cell.verdict}: {where}: {why(vars(cell))}"
+
+
+def why(cell: Mapping[str, Any]) -> str:
+    """Return what is wrong with a cell: in a record an error that is not finite is None."""
+    error, allowed = cell["error"], cell["allowed"]
+    off = f" off by {number(error)}, allowed {number(allowed)}" * bool(error or allowed)
+    return "; ".join(filter(None, (cell["quantity"] + off, cell["message"])))

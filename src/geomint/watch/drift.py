@@ -68,7 +68,7 @@ class Drift(Shown, Compared):
     jump_time: float | None = None
     not_finite_from: float | None = None
     kind: str = "others"
-    label: str = "v − v₀"
+    label: str = "deviation"
     note: str = ""
     own_noise: bool = False
 

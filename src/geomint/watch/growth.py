@@ -250,7 +250,7 @@ def _amplitude_class(part: Part, sizes: Array) -> str:
     if inside <= EXCLUDED and GROWN * part.unsteady <= EXCLUDED:
         return "bounded"  # sines of constant amplitudes are all there is
     bounds = []
-    for pooled in (min(POOLED, len(sizes) // MIN_WINDOWS), 1):
+    for pooled in (max(1, min(POOLED, len(sizes) // MIN_WINDOWS)), 1):
         usable = len(sizes) // pooled * pooled
         largest = sizes[len(sizes) - usable :].reshape(-1, pooled).max(axis=1)
         amplitudes = np.maximum(largest - centre, 0.0)

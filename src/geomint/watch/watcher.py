@@ -129,7 +129,7 @@ class Watcher(Sendable):
     invariant = False
     own_noise = False
     in_all = True
-    label = "v − v₀"
+    label = "deviation"
     note = ""
 
     steps: int | None = None

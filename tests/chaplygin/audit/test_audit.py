@@ -253,7 +253,9 @@ def test_what_is_printed(monkeypatch):
     findings = invoke("--n", "3", "--points", "1", "--list", "findings").output
     assert "extended2" in findings
     assert "kk" not in findings
-    assert "kk" in invoke("--n", "3", "--points", "1", "--list", "all").output
+    listed = invoke("--n", "3", "--points", "1", "--list", "all").output
+    assert "kk" in listed
+    assert ": 1 claims" in listed  # below its section
     assert invoke("--n", "3", "--points", "1", "--quiet").output == ""
 
 

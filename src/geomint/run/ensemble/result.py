@@ -11,6 +11,7 @@ from ...arguments import Array, Integers, piece_rows, whole
 from ...errors import ByName, DomainError, GeomintError, GeomintWarning, MissingCodeError
 from ...problems.problem import Problem
 from ...problems.shown import Shown
+from ..reported import Reported
 from ..solution import Solution
 from ..solve import solve
 from .dataset import as_dataset
@@ -21,7 +22,7 @@ from .store.read import StoredOutcome
 
 
 @dataclass(repr=False, eq=False)
-class Ensemble(Shown):
+class Ensemble(Shown, Reported):
     """The result of `geomint.solve_ensemble`: N members, one a row of every array.
 
     One with `out` is on disk: each of the arrays below is read when it is asked for, and not kept;
