@@ -124,6 +124,7 @@ def test_its_numbers_vary(file: Path) -> None:
         ("drift osc.py:wrong --t-end 1", "wrong returned 4.0: expected a Problem"),
         ("drift osc.py:broken --t-end 1", "broken failed in line 26 of osc.py: ZeroDivisionError"),
         ("section osc.py:made", "a component such as q[0]"),
+        ("section osc.py:made --tolerance 1e-6", "expected --step: a tolerance is of the end"),
         ("section osc.py:made --event p[0] --axes q[0]", "at least 2 of them"),
         ("drift osc.py:field --t-end 1", "expected a name, the path of a TOML file"),
         ("scan osc.py:made --vary stiff=1:2:2 --t-end 1", "no such key"),
@@ -188,6 +189,20 @@ def test_other_processes_find_what_they_are_sent(file: Path) -> None:
     sent = pickle.dumps(problem)
     del sys.modules["osc"]
     assert pickle.loads(sent) == problem
+
+
+def test_what_no_process_finds_is_told_before(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody has imported the file, goes on with that, and has no cloudpickle."""
+    monkeypatch.setitem(sys.modules, "cloudpickle", None)
+    monkeypatch.setitem(sys.modules, "osc", ModuleType("osc"))
+    with pytest.raises(gi.SendingError, match="install cloudpickle"):
+        gi.stress_report("osc.py:oscillator", "out", methods=["rk-4"])
+
+
+def test_a_file_may_have_another_encoding(file: Path) -> None:
+    file.write_bytes(f"# coding: latin-1\n# \xe9\n{OSCILLATOR}".encode("latin-1"))
+    scene = load_changed("osc.py:oscillator", t_end=1.0)
+    assert "# coding: latin-1" in scene.system.source
 
 
 def test_what_decides_is_in_the_hash(file: Path) -> None:

@@ -134,8 +134,8 @@ def load_changed(
         raise SceneError(f"y0 = {quoted(y0)}: expected a Problem; a scene has its own state")
     if found.system is not None and found.former is None:
         raw = _with_end(raw, use, found, written or str)
-    places = places_of(changed, f"[{use}] {{}}".format)
-    places = {key: place for key, place in places.items() if key not in places_of(changes, str)}
+    others = {key: value for key, value in changed.items() if changes.get(key) is None}
+    places = places_of(others, f"[{use}] {{}}".format)
     if written is not None:
         places |= places_of(changes, written)
         places |= {
@@ -154,15 +154,12 @@ def _with_end(
     """Return the content of one's own system, which has no end; where none is needed with any."""
     if raw.get("time"):
         return raw
-    if use == "section" and raw.get("integrate", {}).get("tolerance"):
-        expected = (
-            f"{written('step')}: a tolerance is of the state at an end, which sections have not"
-        )
-        raise SceneError(f"{found.name}: expected {expected}")
-    if use != "section":
-        expected = f"an end: {written('t_end')}, or {written('tau_end')} of a problem in τ"
-        raise SceneError(f"{found.name}: expected {expected}")
-    return {**raw, "time": {"t_end": 1.0}}
+    if use == "section" and not raw.get("integrate", {}).get("tolerance"):
+        return {**raw, "time": {"t_end": 1.0}}
+    expected = f"an end: {written('t_end')}, or {written('tau_end')} of a problem in τ"
+    if use == "section":
+        expected = f"{written('step')}: a tolerance is of the end, which sections have not"
+    raise SceneError(f"{found.name}: expected {expected}")
 
 
 def _one_or_several(
@@ -208,7 +205,7 @@ def _found(source: Any, y0: Any = None) -> Found | Scene:
         raise SceneError(f"scene {quoted(source)}: expected {expected}")
     system, content = own
     if named is not None:
-        system = replace(system, source=named[0].read_text("utf-8"))
+        system = replace(system, source=named[0].read_text("utf-8", "replace"))
     return Found(system.name, content, system=system)
 
 

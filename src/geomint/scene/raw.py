@@ -61,9 +61,10 @@ def changes_for(use: str, raw: Raw) -> dict[str, Any]:
 def without_changed(raw: Raw, use: str, given: Raw) -> Raw:
     """Return the content without what its section of a use says of keys that are given otherwise."""
     gone = {key for key, value in given.items() if value is not None}
-    for group in (ENDS, ("step", "tolerance")):
-        if gone & {*group, *(("method",) if "step" in group else ())}:
-            gone |= {*group}
+    if gone & {*ENDS}:
+        gone |= {*ENDS}
+    if gone & {"method", "step", "tolerance"}:
+        gone |= {"step", "tolerance"}
     own = raw.get(use)
     if not isinstance(own, Mapping) or not gone & own.keys():
         return raw

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -133,6 +134,7 @@ def _stressed(
     if what is not None:
         scene = load_changed(what, "section", None if line is None else options.written, y0)
         cases = own_cases(scene.problem, scene.state)
+        pickle.dumps(cases)  # what no process could be sent is told before, and of no method
     check_folder(out, STRESS_FILES)
     with Watch(progress is not False) as watch:
         found = run_selection(selection, watch, cases=cases, seconds=seconds, workers=workers)
